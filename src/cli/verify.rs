@@ -21,7 +21,7 @@ use crate::measure::{Stats, Watch};
 use crate::plan::{Choices, Kernels, LaneCount, Precision, plan};
 use crate::reference::{self, Reference};
 use crate::render::{Grid, Progress, RenderConfig, Rendered, render};
-use crate::trace::{TracedRay, decided};
+use crate::trace::{ScratchPool, TracedRay};
 use report::{Mode, Report, Time};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -140,10 +140,8 @@ impl Check<'_> {
     fn mode(&self, precision: Precision) -> Result<(Mode, crate::shade::RayCounts), CliError> {
         let kernels = self.kernels(precision)?;
         let options = self.options(kernels, self.sample);
-        let before = decided();
         let (fast, fast_ns) = self.traced(kernels)?;
-        // Two pictures were rendered: one recorded, one timed.
-        let escalated = (decided() - before) / 2;
+        let escalated = fast.decided;
         let one = Kernels {
             lanes: 1,
             ..kernels
@@ -265,18 +263,19 @@ impl Check<'_> {
             for mode in &mut *modes {
                 let kernels = self.kernels(mode.precision)?;
                 let traced = |kernels: Kernels| {
-                    let go = || trace_aimed(self.world, &kernels, aimed, first, self.progress);
-                    self.drawn(go).ok_or(CliError::Interrupted)
+                    let (scratch, progress) = (ScratchPool::default(), self.progress);
+                    let go = || trace_aimed(self.world, &kernels, aimed, first, &scratch, progress);
+                    let rays = self.drawn(go).ok_or(CliError::Interrupted)?;
+                    Ok::<_, CliError>((rays, scratch.decided()))
                 };
-                let (before, start) = (decided(), Instant::now());
-                let packets = traced(kernels)?;
+                let start = Instant::now();
+                let (packets, escalated) = traced(kernels)?;
                 let took = start.elapsed();
-                let escalated = decided() - before;
                 let one = Kernels {
                     lanes: 1,
                     ..kernels
                 };
-                mode.widths.add(&packets, &traced(one)?);
+                mode.widths.add(&packets, &traced(one)?.0);
                 // All aimed rays are compared, whatever pixels are sampled.
                 let options = self.options(kernels, 1);
                 let replay = || {

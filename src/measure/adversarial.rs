@@ -19,8 +19,8 @@ use crate::plan::Kernels;
 use crate::render::{Progress, mix, unit};
 use crate::scene::{Camera, Instance, Projection, Scene};
 use crate::trace::{
-    BEAM, Caching, Depths, HitId, HitIds, Hits, Outcome, RayKind, Rays, ShadowCache, TracedRay,
-    Vectors, any, closest,
+    BEAM, Caching, Depths, HitId, HitIds, Hits, Outcome, RayKind, Rays, ScratchPool, ShadowCache,
+    TraceScratch, TracedRay, Vectors, any, closest,
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -282,6 +282,7 @@ pub fn trace_aimed(
     kernels: &Kernels,
     rays: &[Aimed],
     first: u32,
+    scratch: &ScratchPool<TraceScratch>,
     progress: &Progress,
 ) -> Option<Vec<TracedRay>> {
     let answers: Vec<[Vec<Outcome>; 2]> = rays
@@ -290,7 +291,7 @@ pub fn trace_aimed(
             if progress.is_cancelled() {
                 return Default::default();
             }
-            trace_chunk(world, kernels, chunk)
+            scratch.with(|scratch| trace_chunk(world, kernels, chunk, scratch))
         })
         .collect();
     if progress.is_cancelled() {
@@ -316,7 +317,12 @@ pub fn trace_aimed(
     Some(rows)
 }
 
-fn trace_chunk(world: &World, kernels: &Kernels, rays: &[Aimed]) -> [Vec<Outcome>; 2] {
+fn trace_chunk(
+    world: &World,
+    kernels: &Kernels,
+    rays: &[Aimed],
+    scratch: &mut TraceScratch,
+) -> [Vec<Outcome>; 2] {
     // Padding rays of the last tile hit nothing.
     let idle = Aimed {
         org: [0.0; 3],
@@ -342,10 +348,10 @@ fn trace_chunk(world: &World, kernels: &Kernels, rays: &[Aimed]) -> [Vec<Outcome
         t: Depths::Double(&mut t),
         id: ids.columns(),
     };
-    closest(world, kernels, &columns, &mut hits);
+    closest(world, kernels, &columns, &mut hits, scratch);
     let mut blocked = vec![false; rows.len()];
     let cache = &mut ShadowCache::new(Caching::On);
-    any(world, kernels, &columns, cache, &mut blocked);
+    any(world, kernels, &columns, cache, &mut blocked, scratch);
     let hit = |i: usize| match ids.get(i) {
         HitId::NONE => Outcome::Miss,
         HitId {

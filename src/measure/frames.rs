@@ -11,7 +11,9 @@ use crate::io::RaySet;
 use crate::plan::Kernels;
 use crate::render::Progress;
 use crate::scene::{Instances, Scene, SceneError};
-use crate::trace::{Depths, HitId, HitIds, Hits, Rays, Reuse, TemporalBounds, TemporalCounts};
+use crate::trace::{
+    Depths, HitId, HitIds, Hits, Rays, Reuse, TemporalBounds, TemporalCounts, TraceScratch,
+};
 use serde::Serialize;
 
 /// One way to trace the frames' camera rays, through the trees that `render` would use.
@@ -132,6 +134,7 @@ pub fn measure(
     let mut kept: [Option<KeptTrees>; BOUNDS.len()] = Default::default();
     let mut usual: Option<KeptTrees> = None;
     let mut memories = Reuse::ALL.map(TemporalBounds::new);
+    let mut scratch = TraceScratch::default();
     let mut answers = Answers::new(rays.len());
     let mut bounds = [Way::default(); BOUNDS.len()];
     let mut reuses = [Way::default(); Reuse::ALL.len()];
@@ -148,7 +151,7 @@ pub fn measure(
         if frame == 0 {
             let (world, _) = renew(None, 0.0);
             for memory in &mut memories {
-                ask(&world, question, &rays, memory, &mut answers);
+                ask(&world, question, &rays, memory, &mut answers, &mut scratch);
             }
             let first = world.keep();
             kept = std::array::from_fn(|_| Some(first.clone()));
@@ -168,9 +171,16 @@ pub fn measure(
                 let ((world, outcome), spent) = question.clock.time(|| renew(before, worst));
                 seconds[i][0].push(spent);
                 let mut memory = TemporalBounds::new(Reuse::None);
-                let (_, spent) = question
-                    .clock
-                    .time(|| ask(&world, question, &rays, &mut memory, &mut answers));
+                let (_, spent) = question.clock.time(|| {
+                    ask(
+                        &world,
+                        question,
+                        &rays,
+                        &mut memory,
+                        &mut answers,
+                        &mut scratch,
+                    )
+                });
                 seconds[i][1].push(spent);
                 if rep > 0 {
                     continue;
@@ -199,9 +209,16 @@ pub fn measure(
                     return Ok(None);
                 }
                 let mut memory = memories[i].clone();
-                let (counts, spent) = question
-                    .clock
-                    .time(|| ask(&world, question, &rays, &mut memory, &mut answers));
+                let (counts, spent) = question.clock.time(|| {
+                    ask(
+                        &world,
+                        question,
+                        &rays,
+                        &mut memory,
+                        &mut answers,
+                        &mut scratch,
+                    )
+                });
                 seconds.push(spent);
                 if rep == 0 {
                     reuses[i].temporal_bounds.add(&counts);
@@ -255,6 +272,7 @@ fn ask(
     rays: &Rays,
     memory: &mut TemporalBounds,
     answers: &mut Answers,
+    scratch: &mut TraceScratch,
 ) -> TemporalCounts {
     let mut counts = TemporalCounts::default();
     for first in (0..rays.len()).step_by(CHUNK) {
@@ -265,7 +283,8 @@ fn ask(
         };
         let hits = &mut hits.rows(rows.clone());
         let rays = rays.rows(rows);
-        counts.add(&memory.closest(world, &question.kernels, &rays, first, hits));
+        let kernels = &question.kernels;
+        counts.add(&memory.closest(world, kernels, &rays, first, hits, scratch));
     }
     counts
 }

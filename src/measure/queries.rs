@@ -9,8 +9,8 @@ use crate::io::RaySet;
 use crate::plan::Kernels;
 use crate::render::Progress;
 use crate::trace::{
-    BEAM, CacheCounts, Caching, Depths, HitIds, Hits, Ids, ItemBuffer, Rays, ShadowCache, Vectors,
-    any, any_counted, closest, closest_counted, closest_listed,
+    BEAM, CacheCounts, Caching, Depths, HitIds, Hits, Ids, ItemBuffer, Rays, ScratchPool,
+    ShadowCache, TraceScratch, Vectors, any, any_counted, closest, closest_counted, closest_listed,
 };
 use rayon::prelude::*;
 use std::ops::Range;
@@ -120,6 +120,7 @@ pub fn trace(
         most.into_iter().chain(rest)
     };
     answers.prepare(ask, whole + last.len());
+    let scratch = ScratchPool::<TraceScratch>::default();
     match ask {
         Ask::Closest => {
             // Origins that are equal in f32 are equal in f64.
@@ -134,9 +135,14 @@ pub fn trace(
                     let hits = &mut hits.rows(rows);
                     match &items {
                         _ if progress.is_cancelled() => (),
-                        None => closest(world, kernels, &rays, hits),
+                        None => {
+                            scratch.with(|scratch| closest(world, kernels, &rays, hits, scratch))
+                        }
                         Some(items) => {
-                            closest_listed(world, kernels, &rays, (items, first / BEAM), hits);
+                            let items = (items, first / BEAM);
+                            scratch.with(|scratch| {
+                                closest_listed(world, kernels, &rays, items, hits, scratch);
+                            });
                         }
                     }
                 }
@@ -148,7 +154,10 @@ pub fn trace(
                 let cache = &mut ShadowCache::new(caching);
                 for (_, rows, rays) in parts(number, blocked.len()) {
                     if !progress.is_cancelled() {
-                        any(world, kernels, &rays, cache, &mut blocked[rows]);
+                        let blocked = &mut blocked[rows];
+                        scratch.with(|scratch| {
+                            any(world, kernels, &rays, cache, blocked, scratch);
+                        });
                     }
                 }
                 tries.fetch_add(cache.counts.tries, Relaxed);
@@ -171,7 +180,7 @@ pub fn count(
     (ask, caching): (Ask, Caching),
     progress: &Progress,
 ) -> Option<Counts> {
-    let counter = Counter::default();
+    let (counter, mut scratch) = (Counter::default(), TraceScratch::default());
     let tiles = padded(rays, 0..rays.len());
     for first in (0..tiles.len()).step_by(CHUNK) {
         if progress.is_cancelled() {
@@ -186,12 +195,21 @@ pub fn count(
                     t: Depths::Single(&mut t),
                     id: id.columns(),
                 };
-                closest_counted(world, kernels, &rays, &mut hits, &counter);
+                closest_counted(world, kernels, &rays, &mut hits, &counter, &mut scratch);
             }
             Ask::Any => {
                 let mut cache = ShadowCache::new(caching);
                 let mut blocked = vec![false; count];
-                any_counted(world, kernels, &rays, &mut cache, &mut blocked, &counter);
+                let (cache, blocked) = (&mut cache, &mut blocked);
+                any_counted(
+                    world,
+                    kernels,
+                    &rays,
+                    cache,
+                    blocked,
+                    &counter,
+                    &mut scratch,
+                );
             }
         }
     }

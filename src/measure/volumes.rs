@@ -17,8 +17,8 @@ mod tests;
 
 pub use placed::{NoVolume, Placed};
 
-use crate::geom::Scratch;
 use crate::render::{Progress, mix, unit};
+use crate::trace::TraceScratch;
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -177,7 +177,7 @@ impl Placed<'_> {
             std::array::from_fn(|k| unit(mix(mix(seed) ^ (number * 4 + k as u64))));
         let (center, half) = (self.bounds.center(), self.bounds.extent() * 0.5);
         let short = |x: f64| x / self.unit;
-        let (mut sums, mut kernels) = (Sums::default(), Scratch::default());
+        let (mut sums, scratch) = (Sums::default(), &mut TraceScratch::default());
         for i in lines {
             if i % 1024 == 0 && progress.is_cancelled() {
                 break;
@@ -196,7 +196,7 @@ impl Placed<'_> {
             let [a, b] = [u, v].map(|axis| half.dot(axis.abs()));
             let across = u * (a * (2.0 * at[2] - 1.0)) + v * (b * (2.0 * at[3] - 1.0));
             let area = 4.0 * short(a) * short(b);
-            self.spans(center + across, dir, &mut kernels, |enter, exit, off| {
+            self.spans(center + across, dir, scratch, |enter, exit, off| {
                 let chord = short(exit - enter);
                 sums.volume += area * chord;
                 sums.off += area * short(off);

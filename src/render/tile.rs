@@ -1,9 +1,9 @@
-//! The render loop: tiles distributed over threads, one arena per thread.
+//! The render loop: tiles distributed over threads, one arena and scratch per worker.
 //!
 //! Packets lie on an absolute grid of 16×16 pixels, in Morton order within each block,
 //! and tiles are multiples of that block, so the division into tiles does not change
 //! the picture. A tile is traced sample by sample; its transient columns live in the
-//! thread's arena, which is reset after the tile.
+//! worker's arena, which is reset after the tile.
 
 use super::camera::RayGenerator;
 use super::config::{Grid, RenderConfig, TileOrder};
@@ -20,10 +20,9 @@ use crate::scene::{Camera, Light, Rgb};
 use crate::shade::{
     Doubles, Integrator, MaterialFlags, Memory, RayCounts, STEP, Scratch, Statistics, Surface,
 };
-use crate::trace::{HitId, ItemBuffer, RayKind, ShadowCache, TracedRay};
+use crate::trace::{HitId, ItemBuffer, RayKind, ScratchPool, ShadowCache, TraceScratch, TracedRay};
 use bumpalo::Bump;
 use rayon::prelude::*;
-use std::cell::RefCell;
 use std::sync::Mutex;
 use thiserror::Error;
 
@@ -49,6 +48,15 @@ pub struct Rendered {
     /// Every ray and its answer, if requested: sorted by pixel, within a pixel in
     /// tracing order.
     pub record: Vec<TracedRay>,
+    /// Number of (ray, primitive) pairs decided by exact arithmetic.
+    pub decided: u64,
+}
+
+/// Memory of one worker, kept from tile to tile.
+#[derive(Default)]
+struct Worker {
+    arena: Bump,
+    trace: TraceScratch,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
@@ -133,7 +141,9 @@ fn render_tiles(
         })?,
         counts: RayCounts::default(),
         record: Vec::new(),
+        decided: 0,
     });
+    let workers = ScratchPool::<Worker>::default();
     let at = |number: u32| {
         let corner = (number % columns * side, number / columns * side);
         let size = (
@@ -161,10 +171,7 @@ fn render_tiles(
             _ => number,
         };
         let (corner, size) = at(number);
-        thread_local! {
-            static ARENA: RefCell<Bump> = RefCell::new(Bump::new());
-        }
-        ARENA.with_borrow_mut(|arena| {
+        workers.with(|worker| {
             let tile = Tile {
                 view,
                 config,
@@ -179,8 +186,8 @@ fn render_tiles(
                     .map(|items| (items, number as usize * tiles_of(pixels))),
             };
             let mut memory = memory.map(|memory| memory.tile(number));
-            let counts = tile.render(recording, memory.as_deref_mut(), arena, &done);
-            arena.reset();
+            let counts = tile.render(recording, memory.as_deref_mut(), worker, &done);
+            worker.arena.reset();
             progress.add_tile(counts.total());
         });
     };
@@ -189,6 +196,8 @@ fn render_tiles(
         return Err(RenderError::Interrupted);
     }
     let mut done = done.into_inner().unwrap_or_else(|e| e.into_inner());
+    let workers = workers.into_values();
+    done.decided = workers.iter().map(|worker| worker.trace.decided).sum();
     // The sort is stable: all rays of a pixel lie in one tile and keep their order.
     done.record.sort_by_key(|ray| ray.pixel);
     Ok(done)
@@ -213,7 +222,7 @@ impl Tile<'_> {
         &self,
         recording: bool,
         mut memory: Option<&mut Memory>,
-        arena: &Bump,
+        Worker { arena, trace }: &mut Worker,
         done: &Mutex<Rendered>,
     ) -> RayCounts {
         let pixels = (self.size.0 * self.size.1) as usize;
@@ -224,7 +233,7 @@ impl Tile<'_> {
         let caches = arena.alloc_slice_fill_copy(self.view.lights.len(), cache);
         let cut = (pixels < self.whole.len()).then(|| morton_order(self.size));
         let order = cut.as_deref().unwrap_or(self.whole);
-        let scratch = &mut Scratch::new(arena);
+        let scratch = &mut Scratch::new(arena, trace);
         let mut record = Vec::new();
         let mut counts = RayCounts::default();
         for sample in 0..self.samples() {

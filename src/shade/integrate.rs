@@ -18,8 +18,8 @@ use crate::accel::World;
 use crate::plan::{Kernels, Precision};
 use crate::scene::{Light, Material, MaterialId, Rgb};
 use crate::trace::{
-    BEAM, Depths, HitId, Hits, Ids, ItemBuffer, Outcome, RayKind, ShadowCache, closest,
-    closest_listed, refine,
+    BEAM, Depths, HitId, Hits, Ids, ItemBuffer, Outcome, RayKind, ShadowCache, TraceScratch,
+    closest, closest_listed, refine,
 };
 use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;
@@ -34,8 +34,8 @@ use shadows::ShadowRays;
 /// Optional callback for each hit of a camera ray: film row, surface and id.
 pub type PrimaryHit<'a> = Option<&'a mut dyn FnMut(u32, &Surface, HitId)>;
 
-/// Buffers of an integration in the thread's arena, allocated once per tile and reused
-/// by every batch and sample.
+/// Buffers of an integration: columns in the worker's arena, allocated once per tile and
+/// reused by every batch and sample, and the worker's scratch for queries.
 pub struct Scratch<'b> {
     queues: RayQueues<'b>,
     t: ArenaVec<'b, f64>,
@@ -43,11 +43,13 @@ pub struct Scratch<'b> {
     primitive: ArenaVec<'b, u32>,
     buffer: HitBuffer<'b>,
     shadows: ShadowRays<'b>,
+    trace: &'b mut TraceScratch,
 }
 
 impl<'b> Scratch<'b> {
-    pub fn new(arena: &'b Bump) -> Scratch<'b> {
+    pub fn new(arena: &'b Bump, trace: &'b mut TraceScratch) -> Scratch<'b> {
         Scratch {
+            trace,
             queues: RayQueues::new(arena),
             t: ArenaVec::with_capacity_in(BATCH, arena),
             instance: ArenaVec::with_capacity_in(BATCH, arena),
@@ -128,6 +130,7 @@ impl Integrator<'_> {
             primitive,
             buffer,
             shadows,
+            trace,
         } = scratch;
         let queue = queues.at(depth);
         let rays = queue.last_batch();
@@ -156,12 +159,12 @@ impl Integrator<'_> {
         match (self.items, &mut statistics.memory) {
             (Some((items, tile)), _) if depth == 0 => {
                 let items = (items, tile + first / BEAM);
-                closest_listed(self.world, lanes, &batch, items, hits);
+                closest_listed(self.world, lanes, &batch, items, hits, trace);
             }
             (None, Some(memory)) if depth == 0 => {
-                memory.closest(self.world, lanes, &batch, hits);
+                memory.closest(self.world, lanes, &batch, hits, trace);
             }
-            _ => closest(self.world, lanes, &batch, hits),
+            _ => closest(self.world, lanes, &batch, hits, trace),
         }
         count_rays(
             &queue.kind[rays.clone()],
@@ -193,7 +196,7 @@ impl Integrator<'_> {
                     primitive,
                 },
             };
-            refine(self.world, &batch, hits);
+            refine(self.world, &batch, hits, trace);
         }
         if statistics.record.is_some() || depth == 0 && primary.is_some() {
             report_hits(
@@ -208,7 +211,14 @@ impl Integrator<'_> {
         for (number, light) in self.lights.iter().enumerate() {
             shadows.generate(light, number as u32, queue, buffer);
             let cache = &mut caches[number];
-            self.add_direct_light((queue, depth), buffer, shadows, cache, film, statistics);
+            self.add_direct_light(
+                (queue, depth),
+                buffer,
+                (shadows, trace),
+                cache,
+                film,
+                statistics,
+            );
         }
         if depth < self.max_depth && self.material_flags.spawns_rays {
             let (queue, next) = queues.pair(depth);

@@ -5,7 +5,7 @@ use crate::accel::World;
 use crate::plan::Kernels;
 use crate::trace::{
     CacheCounts, HitId, Hits, Outcome, RayKind, Rays, Reuse, TemporalBounds, TemporalCounts,
-    TracedRay,
+    TraceScratch, TracedRay,
 };
 use serde::Serialize;
 
@@ -82,12 +82,13 @@ impl Memory {
         kernels: &Kernels,
         rays: &Rays,
         hits: &mut Hits,
+        scratch: &mut TraceScratch,
     ) {
         let first = self.row;
         self.row += rays.len();
         let counts = self
             .temporal_bounds
-            .closest(world, kernels, rays, first, hits);
+            .closest(world, kernels, rays, first, hits, scratch);
         self.counts.add(&counts);
     }
 }

@@ -17,7 +17,10 @@ use crate::accel::{BuildQuality, Density, KdQuality, Structure, World};
 use crate::plan::{Accel, Choices, Kernels, Plan, plan};
 use crate::render::{FinishedTile, Picture, Progress, RenderConfig, View, render_with};
 use crate::scene::{Instances, Scene, default_camera, default_lights};
-use crate::trace::{self, Caching, Depths, HitIds, Ids, ShadowCache, Spans, any, closest, spans};
+use crate::trace::{
+    self, Caching, Depths, HitIds, Ids, ScratchPool, ShadowCache, Spans, TraceScratch, any,
+    closest, spans,
+};
 use barycentric::barycentrics;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -64,6 +67,7 @@ impl Tracer {
             .par_chunks_mut(CHUNK)
             .zip(ids.instance.par_chunks_mut(CHUNK))
             .zip(ids.primitive.par_chunks_mut(CHUNK));
+        let pool = ScratchPool::<TraceScratch>::default();
         columns
             .enumerate()
             .for_each(|(i, ((t, instance), primitive))| {
@@ -75,7 +79,8 @@ impl Tracer {
                         primitive,
                     },
                 };
-                closest(&self.world, &self.kernels, &rays.rows(rows), &mut hits);
+                let (kernels, rays) = (&self.kernels, rays.rows(rows));
+                pool.with(|scratch| closest(&self.world, kernels, &rays, &mut hits, scratch));
             });
         Hits::new(rays.len(), t, ids, |row, id| {
             let (org, dir) = rays.ray(row);
@@ -94,10 +99,12 @@ impl Tracer {
     pub fn occluded(&self, rays: &RayBatch) -> Vec<bool> {
         let mut blocked = vec![false; rays.padded()];
         let chunks = blocked.par_chunks_mut(CHUNK).enumerate();
+        let pool = ScratchPool::<TraceScratch>::default();
         chunks.for_each(|(i, blocked)| {
             let rows = i * CHUNK..i * CHUNK + blocked.len();
             let cache = &mut ShadowCache::new(Caching::default());
-            any(&self.world, &self.kernels, &rays.rows(rows), cache, blocked);
+            let (kernels, rays) = (&self.kernels, rays.rows(rows));
+            pool.with(|scratch| any(&self.world, kernels, &rays, cache, blocked, scratch));
         });
         blocked.truncate(rays.len());
         blocked

@@ -1,7 +1,6 @@
 //! Code that the integration binaries share; each binary uses a part of it.
 #![allow(dead_code, unused_imports)]
 
-mod alone;
 mod campaign;
 mod files;
 mod formulas;
@@ -12,7 +11,6 @@ mod rays;
 mod surfaces;
 mod time;
 
-pub use alone::in_own_process;
 pub use campaign::{campaign, property};
 pub use files::{Loaded, assets, in_repository, load};
 pub use formulas::{gyroid, ring, unit_ball};

@@ -4,8 +4,8 @@ use glam::DVec3;
 use lanecast::internals::accel::World;
 use lanecast::internals::plan::Kernels;
 use lanecast::internals::trace::{
-    Depths, HitId, HitIds, Hits, ItemBuffer, MAX_LANES, Rays, ShadowCache, Vectors, any, closest,
-    closest_listed,
+    Depths, HitId, HitIds, Hits, ItemBuffer, MAX_LANES, Rays, ShadowCache, TraceScratch, Vectors,
+    any, closest, closest_listed,
 };
 
 /// Rays in columns, with room for the answers.
@@ -48,7 +48,20 @@ impl RayColumns {
         kernels: &Kernels,
         t_max: &[f32],
     ) -> Vec<(f64, HitId)> {
-        self.answers(t_max, |rays, hits| closest(world, kernels, rays, hits))
+        self.closest_with(world, kernels, t_max, &mut TraceScratch::default())
+    }
+
+    /// The same with the caller's scratch.
+    pub fn closest_with(
+        &self,
+        world: &World,
+        kernels: &Kernels,
+        t_max: &[f32],
+        scratch: &mut TraceScratch,
+    ) -> Vec<(f64, HitId)> {
+        self.answers(t_max, |rays, hits| {
+            closest(world, kernels, rays, hits, scratch)
+        })
     }
 
     /// The same by an item buffer, where there is one for these rays.
@@ -67,15 +80,17 @@ impl RayColumns {
         kernels: &Kernels,
     ) -> Vec<(f64, HitId)> {
         self.answers(&vec![f32::INFINITY; self.len], |rays, hits| {
-            closest_listed(world, kernels, rays, (items, 0), hits)
+            let scratch = &mut TraceScratch::default();
+            closest_listed(world, kernels, rays, (items, 0), hits, scratch)
         })
     }
 
     /// The nearest hits with every decision made by exact arithmetic.
     #[cfg(feature = "all-lanes")]
-    pub fn closest_doubting(&self, world: &World) -> Vec<(f64, HitId)> {
+    pub fn closest_all_exact(&self, world: &World) -> Vec<(f64, HitId)> {
         self.answers(&vec![f32::INFINITY; self.len], |rays, hits| {
-            lanecast::internals::trace::closest_doubting_all(world, rays, hits)
+            let scratch = &mut TraceScratch::default();
+            lanecast::internals::trace::closest_all_exact(world, rays, hits, scratch)
         })
     }
 
@@ -101,7 +116,8 @@ impl RayColumns {
     ) -> Vec<bool> {
         self.padded(t_max.to_vec(), |rays| {
             let mut blocked = vec![false; rays.len()];
-            any(world, kernels, rays, cache, &mut blocked);
+            let scratch = &mut TraceScratch::default();
+            any(world, kernels, rays, cache, &mut blocked, scratch);
             blocked.truncate(self.len);
             blocked
         })

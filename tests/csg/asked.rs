@@ -3,13 +3,12 @@
 use crate::common::{RayColumns, kernels};
 use glam::DVec3;
 use lanecast::internals::accel::{Structure, World};
-use lanecast::internals::geom::Scratch;
 use lanecast::internals::geom::exact::Line;
 use lanecast::internals::plan::Precision;
 use lanecast::internals::reference::{Hit, Reference};
 use lanecast::internals::scene::{CsgId, Edge, Instances, Scene, SceneBuilder, Shape, ShapeId};
 use lanecast::internals::shade::Surface;
-use lanecast::internals::trace::{Caching, Crossing, HitId, ShadowCache, boundaries};
+use lanecast::internals::trace::{Caching, Crossing, HitId, ShadowCache, TraceScratch, boundaries};
 use std::ops::ControlFlow;
 
 /// Precisions that promise the right hit.
@@ -61,8 +60,8 @@ impl Asked {
 pub fn spans<'a>(world: &'a World, id: CsgId, line: &Line) -> (bool, Vec<Crossing<'a>>) {
     let mut all = Vec::new();
     let from = (line, f64::NEG_INFINITY);
-    let kernels = &mut Scratch::default();
-    let start = boundaries(world.csg(id), &world.scene, from, kernels, |crossing| {
+    let scratch = &mut TraceScratch::default();
+    let start = boundaries(world.csg(id), &world.scene, from, scratch, |crossing| {
         all.push(crossing);
         ControlFlow::Continue(())
     });

@@ -12,12 +12,12 @@ use crate::common::{Loaded, assets, load};
 use lanecast::internals::accel::{
     BaselineLevels, Count, Counter, Counts, Density, Figures, Levels, Structure, World,
 };
-use lanecast::internals::geom::{Guarded, Scratch};
+use lanecast::internals::geom::Guarded;
 use lanecast::internals::math::Vec3;
 use lanecast::internals::plan::Precision;
 use lanecast::internals::render::{Grid, Progress, RenderConfig, View, render};
 use lanecast::internals::trace::{
-    AnyHit, Closest, HitId, Outcome, Packet, RayKind, Tester, TracedRay,
+    AnyHit, Closest, HitId, Outcome, Packet, RayKind, Tester, TraceScratch, TracedRay,
 };
 use std::time::Instant;
 
@@ -48,30 +48,19 @@ fn replay(world: &World, levels: &BaselineLevels, rays: &[TracedRay]) -> (Counts
     let counter = Counter::default();
     let count = Count(Some(&counter));
     let mut scratch = [levels.tlas.scratch::<f32>(), levels.tlas.scratch::<f32>()];
+    let trace = &mut TraceScratch::default();
     for ray in rays {
         let dir = ray.dir.map(f64::from);
         let packet = Packet::<f32>::new(Vec3::splat(ray.org), Vec3::splat(dir), 0.0, &world.bounds);
-        let tester = Tester::<f32, Guarded>::new(world, &packet);
+        let mut tester = Tester::<f32, Guarded>::new(world, &packet, trace);
         if let RayKind::Shadow { .. } = ray.kind {
             let mut query = AnyHit::<f32>::new(ray.t_max);
-            tester.trace(
-                levels,
-                &mut query,
-                &mut scratch,
-                &mut Scratch::default(),
-                count,
-            );
+            tester.trace(levels, &mut query, &mut scratch, count);
             assert_eq!(query.blocked(), ray.outcome == Outcome::Blocked, "{ray:?}");
             continue;
         }
         let mut query = Closest::<f32, Guarded>::new(ray.t_max);
-        tester.trace(
-            levels,
-            &mut query,
-            &mut scratch,
-            &mut Scratch::default(),
-            count,
-        );
+        tester.trace(levels, &mut query, &mut scratch, count);
         let id = query.id(0);
         match ray.outcome {
             Outcome::Hit {

@@ -6,13 +6,14 @@ use crate::common::{
 };
 use glam::DVec3;
 use lanecast::internals::accel::{Count, Levels, Structure, World};
-use lanecast::internals::geom::{Guarded, Scratch};
+use lanecast::internals::geom::Guarded;
 use lanecast::internals::math::Vec3;
 use lanecast::internals::plan::{Kernels, Precision, native_width};
 use lanecast::internals::render::{Grid, Progress, RenderConfig, View, render};
 use lanecast::internals::scene::{Instances, Scene};
 use lanecast::internals::trace::{
-    AnyHit, CacheCounts, Caching, HitId, Outcome, Packet, RayKind, ShadowCache, Tester, TracedRay,
+    AnyHit, CacheCounts, Caching, HitId, Outcome, Packet, RayKind, ShadowCache, Tester,
+    TraceScratch, TracedRay,
 };
 
 const LIGHT: DVec3 = DVec3::new(3.0, 4.0, 5.0);
@@ -177,25 +178,19 @@ fn last_occluder(world: &World, rays: &[TracedRay], forgets: bool) -> usize {
         unreachable!("asked for");
     };
     let mut scratch = [levels.tlas.scratch::<f32>(), levels.tlas.scratch::<f32>()];
-    let mut kernels = Scratch::default();
     let (mut last, mut hits) = (HitId::NONE, 0);
+    let trace = &mut TraceScratch::default();
     for ray in rays {
         let dir = ray.dir.map(f64::from);
         let packet = Packet::<f32>::new(Vec3::splat(ray.org), Vec3::splat(dir), 0.0, &world.bounds);
-        let tester = Tester::<f32, Guarded>::new(world, &packet);
+        let mut tester = Tester::<f32, Guarded>::new(world, &packet, trace);
         let mut query = AnyHit::<f32>::new(ray.t_max);
         if last != HitId::NONE {
-            tester.single(last, &mut query, &mut kernels);
+            tester.single(last, &mut query);
             hits += usize::from(query.blocked());
         }
         if !query.blocked() {
-            tester.trace(
-                levels,
-                &mut query,
-                &mut scratch,
-                &mut kernels,
-                Count::default(),
-            );
+            tester.trace(levels, &mut query, &mut scratch, Count::default());
         }
         assert_eq!(query.blocked(), ray.outcome == Outcome::Blocked, "{ray:?}");
         if query.blocked() || forgets {

@@ -313,7 +313,7 @@ fn all_same(sort: Sort, seed: u64) -> usize {
         // Every decision made exactly: what the error bounds decide is the same.
         #[cfg(feature = "all-lanes")]
         {
-            let doubting = met(rays.closest_doubting(&world));
+            let doubting = met(rays.closest_all_exact(&world));
             for i in 0..rays.len() {
                 let same = doubting[i] == guarded[i];
                 assert!(

@@ -1,13 +1,12 @@
-//! How many ordinary rays need exact arithmetic. The count is that of the whole process,
-//! so the test runs in a process of its own.
+//! How many ordinary rays need exact arithmetic.
 
-use crate::common::{Random, RayColumns, in_own_process, kernels};
+use crate::common::{Random, RayColumns, kernels};
 use glam::{DAffine3, DVec3};
 use lanecast::internals::accel::{Structure, World};
 use lanecast::internals::geom::{Cuboid, Cylinder, HalfSpace, Quadric};
 use lanecast::internals::plan::Precision;
 use lanecast::internals::scene::{Edge, Instances, Operand, Operator, SceneBuilder, ShapeId};
-use lanecast::internals::trace::decided;
+use lanecast::internals::trace::TraceScratch;
 
 const RAYS: usize = 8000;
 
@@ -44,10 +43,10 @@ fn asked(precision: Precision, make: &dyn Fn(&mut SceneBuilder) -> ShapeId) -> (
         rays.push(org, dir.to_array());
     }
     let kernels = kernels(precision);
-    let before = decided();
-    let met = rays.closest(&world, &kernels);
+    let scratch = &mut TraceScratch::default();
+    let met = rays.closest_with(&world, &kernels, &[f32::INFINITY; RAYS], scratch);
     let hits = met.iter().filter(|(t, _)| t.is_finite()).count();
-    (decided() - before, hits)
+    (scratch.decided, hits)
 }
 
 fn upright(b: &mut SceneBuilder, y: [f64; 2], radius: f64) -> ShapeId {
@@ -98,13 +97,6 @@ fn slabs(b: &mut SceneBuilder) -> ShapeId {
 
 #[test]
 fn ordinary_rays_are_hardly_ever_in_doubt() {
-    in_own_process(
-        "doubts::ordinary_rays_are_hardly_ever_in_doubt",
-        count_doubts,
-    );
-}
-
-fn count_doubts() {
     let quadrics = [
         (
             "saddle",

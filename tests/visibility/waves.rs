@@ -10,7 +10,7 @@ use lanecast::internals::scene::*;
 use lanecast::internals::shade::{
     BATCH, Integrator, MaterialFlags, RayCounts, Scratch, Statistics,
 };
-use lanecast::internals::trace::{Caching, RayKind, ShadowCache};
+use lanecast::internals::trace::{Caching, RayKind, ShadowCache, TraceScratch};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
@@ -102,7 +102,8 @@ fn trace(question: Question) -> Traced {
         pixel_of: &|row| row,
         memory: None,
     };
-    let mut scratch = Scratch::new(&arena);
+    let mut trace = TraceScratch::default();
+    let mut scratch = Scratch::new(&arena, &mut trace);
     for _ in 0..question.samples {
         for (row, pixel) in question.pixels.clone().enumerate() {
             let x = 0.02 * f64::from(pixel);

@@ -1,13 +1,14 @@
-//! Many rays: columns in, columns out, packet by packet.
+//! Batches of rays: from columns of rays to columns of answers.
 
 mod any;
 mod closest;
 
-use super::beam::{BEAM, BeamScratch, with_scratch};
+use super::beam::{BEAM, BeamScratch};
 use super::hits::Hits;
 use super::item_buffer::ItemBuffer;
 use super::rays::Rays;
 use super::refine::refine;
+use super::scratch::TraceScratch;
 use super::shadow_cache::ShadowCache;
 use super::stream::StreamScratch;
 use crate::accel::{BaselineLevels, Count, Counter, InstanceBvhs, Levels, World};
@@ -17,41 +18,49 @@ use crate::plan::{ALL_LANES, Kernels, Precision, native_width};
 use any::AnyBatch;
 use closest::ClosestBatch;
 
-/// Finds the nearest hit of every ray.
-pub fn closest(world: &World, kernels: &Kernels, rays: &Rays, hits: &mut Hits) {
-    closest_of(world, kernels, rays, None, hits, None);
+/// Finds the closest hit of every ray.
+pub fn closest(
+    world: &World,
+    kernels: &Kernels,
+    rays: &Rays,
+    hits: &mut Hits,
+    scratch: &mut TraceScratch,
+) {
+    closest_of((world, kernels), rays, None, hits, None, scratch);
 }
 
-/// The same by an item buffer: the first rays are its tile `tile`. Rays that its
-/// lists do not stand for are traced.
+/// [`closest`] by the lists of an item buffer, from the list of this number on. Rays that the
+/// lists do not cover are traced through the trees.
 pub fn closest_listed(
     world: &World,
     kernels: &Kernels,
     rays: &Rays,
     items: (&ItemBuffer, usize),
     hits: &mut Hits,
+    scratch: &mut TraceScratch,
 ) {
-    closest_of(world, kernels, rays, Some(items), hits, None);
+    closest_of((world, kernels), rays, Some(items), hits, None, scratch);
 }
 
-/// The same, and what it took, where that [is counted](counts).
+/// [`closest`], counting steps and tests in worlds that [count](counts) them.
 pub fn closest_counted(
     world: &World,
     kernels: &Kernels,
     rays: &Rays,
     hits: &mut Hits,
     counter: &Counter,
+    scratch: &mut TraceScratch,
 ) {
-    closest_of(world, kernels, rays, None, hits, Some(counter));
+    closest_of((world, kernels), rays, None, hits, Some(counter), scratch);
 }
 
 fn closest_of(
-    world: &World,
-    kernels: &Kernels,
+    (world, kernels): (&World, &Kernels),
     rays: &Rays,
     items: Option<(&ItemBuffer, usize)>,
     hits: &mut Hits,
     counter: Option<&Counter>,
+    scratch: &mut TraceScratch,
 ) {
     let batch = ClosestBatch {
         world,
@@ -59,35 +68,32 @@ fn closest_of(
         hits,
         items,
     };
-    dispatch(world, kernels, counter, batch);
+    dispatch((world, kernels), counter, batch, scratch);
     if kernels.precision == Precision::Exact {
-        refine(world, rays, hits);
+        refine(world, rays, hits, scratch);
     }
 }
 
-/// Whether each ray is blocked, as a byte. Rays that follow each other to one
-/// light often share their occluder: `cache` remembers it.
+/// Finds whether each ray is blocked. `cache` keeps the last occluder, which consecutive rays
+/// to one light often share.
 pub fn any(
     world: &World,
     kernels: &Kernels,
     rays: &Rays,
     cache: &mut ShadowCache,
     blocked: &mut [bool],
+    scratch: &mut TraceScratch,
 ) {
-    dispatch(
+    let batch = AnyBatch {
         world,
-        kernels,
-        None,
-        AnyBatch {
-            world,
-            rays,
-            cache,
-            blocked,
-        },
-    );
+        rays,
+        cache,
+        blocked,
+    };
+    dispatch((world, kernels), None, batch, scratch);
 }
 
-/// The same, and what it took, where that [is counted](counts).
+/// [`any`], counting steps and tests in worlds that [count](counts) them.
 pub fn any_counted(
     world: &World,
     kernels: &Kernels,
@@ -95,45 +101,52 @@ pub fn any_counted(
     cache: &mut ShadowCache,
     blocked: &mut [bool],
     counter: &Counter,
+    scratch: &mut TraceScratch,
 ) {
-    dispatch(
+    let batch = AnyBatch {
         world,
-        kernels,
-        Some(counter),
-        AnyBatch {
-            world,
-            rays,
-            cache,
-            blocked,
-        },
-    );
+        rays,
+        cache,
+        blocked,
+    };
+    dispatch((world, kernels), Some(counter), batch, scratch);
 }
 
-/// Whether steps and tests can be counted: in comparison structures.
+/// Whether steps and tests are counted: in comparison structures only.
 pub fn counts(world: &World) -> bool {
     matches!(world.levels, Levels::Baseline(_))
 }
 
-/// A batch that runs at any width and certainty. Each instance of each function is a
-/// traversal of its own: `.ci/instances` counts them.
+/// A batch of queries at any width and certainty. Each instantiation of a function is a
+/// traversal of its own; `.ci/instances` counts them.
 trait Batch {
-    /// Through wide trees; `S` packets are a tile.
-    fn tiles<L: Lanes, C: Certainty, const S: usize>(self, scratch: &mut BeamScratch);
-    /// Through nested trees: streams for all rays.
+    /// Traces beams, of `S` packets each, and streams through wide trees.
+    fn beams<L: Lanes, C: Certainty, const S: usize>(
+        self,
+        walk: &mut BeamScratch,
+        scratch: &mut TraceScratch,
+    );
+    /// Traces streams through nested trees.
     fn nested<L: Lanes, C: Certainty, const S: usize>(
         self,
-        groups: &InstanceBvhs,
-        scratch: &mut StreamScratch,
+        bvhs: &InstanceBvhs,
+        walk: &mut StreamScratch,
+        scratch: &mut TraceScratch,
     );
-    /// Packet by packet, through comparison structures.
-    fn packets<L: Lanes, C: Certainty>(self, levels: &BaselineLevels, count: Count);
+    /// Traces packets through comparison structures.
+    fn packets<L: Lanes, C: Certainty>(
+        self,
+        levels: &BaselineLevels,
+        count: Count,
+        scratch: &mut TraceScratch,
+    );
 }
 
-/// Finds the nearest hit of every ray with all decisions made by exact arithmetic, as error
-/// bounds that know nothing would have it: what `guarded` is compared with by the tests.
+/// Finds the closest hit of every ray with all decisions made by exact arithmetic, to compare
+/// `guarded` with in tests.
 #[cfg(feature = "all-lanes")]
 #[doc(hidden)]
-pub fn closest_doubting_all(world: &World, rays: &Rays, hits: &mut Hits) {
+pub fn closest_all_exact(world: &World, rays: &Rays, hits: &mut Hits, scratch: &mut TraceScratch) {
     #[derive(Clone, Copy)]
     struct DoubtAll;
 
@@ -147,62 +160,87 @@ pub fn closest_doubting_all(world: &World, rays: &Rays, hits: &mut Hits) {
         hits,
         items: None,
     };
-    by_structure_at_one::<DoubtAll>(&world.levels, batch);
+    by_structure_at_one::<DoubtAll>(&world.levels, batch, scratch);
 }
 
-/// [`by_structure`] where no more than one lane is built.
+/// [`by_structure`] for a certainty that is only built at one lane.
 #[cfg(feature = "all-lanes")]
-fn by_structure_at_one<C: Certainty>(levels: &Levels, batch: impl Batch) {
+fn by_structure_at_one<C: Certainty>(
+    levels: &Levels,
+    batch: impl Batch,
+    scratch: &mut TraceScratch,
+) {
     match levels {
-        Levels::Nested(levels) => with_scratch(|scratch| {
-            batch.nested::<f32, C, BEAM>(&levels.groups, &mut scratch.streams);
+        Levels::Nested(levels) => scratch.with_walk(|walk, scratch| {
+            batch.nested::<f32, C, BEAM>(&levels.groups, &mut walk.streams, scratch);
         }),
-        _ => flat::<f32, C, BEAM>(levels, Count::default(), batch),
+        _ => flat::<f32, C, BEAM>(levels, Count::default(), batch, scratch),
     }
 }
 
-fn dispatch(world: &World, kernels: &Kernels, counter: Option<&Counter>, batch: impl Batch) {
+/// Runs a batch at the certainty of a precision.
+fn dispatch(
+    (world, kernels): (&World, &Kernels),
+    counter: Option<&Counter>,
+    batch: impl Batch,
+    scratch: &mut TraceScratch,
+) {
     let (levels, count) = (&world.levels, Count(counter));
     match kernels.precision {
-        Precision::Fast => by_structure::<Fast>(kernels.lanes, levels, count, batch),
+        Precision::Fast => by_structure::<Fast>(kernels.lanes, levels, count, batch, scratch),
         Precision::Guarded | Precision::Exact => {
-            by_structure::<Guarded>(kernels.lanes, levels, count, batch);
+            by_structure::<Guarded>(kernels.lanes, levels, count, batch, scratch);
         }
     }
 }
 
-/// The lanes of single primitives before streams of nested worlds, whatever is asked for:
-/// streams go ray by ray.
+/// Lanes of single primitives in streams of nested worlds, at every requested width: streams
+/// test triangles ray by ray.
 #[cfg(not(test))]
 type Streamed = crate::math::lanes::Register;
 #[cfg(test)]
 type Streamed = f32;
 const STREAMED: usize = BEAM / <Streamed as Lanes>::COUNT;
 
-/// Whether packets of so many rays are built. The library's own tests trace by one ray:
-/// what traces everything is tested from outside, and kernels take long to build.
+/// Whether a width is built. Unit tests trace at one lane only, since kernels take long to
+/// build; integration tests cover the others.
 const fn is_built(lanes: usize) -> bool {
     !cfg!(test) && (ALL_LANES || lanes == native_width())
 }
 
-fn by_structure<C: Certainty>(lanes: usize, levels: &Levels, count: Count, batch: impl Batch) {
+/// Runs a batch at the requested width, or at one lane if that is not built.
+fn by_structure<C: Certainty>(
+    lanes: usize,
+    levels: &Levels,
+    count: Count,
+    batch: impl Batch,
+    scratch: &mut TraceScratch,
+) {
     if let Levels::Nested(levels) = levels {
-        return with_scratch(|scratch| {
-            batch.nested::<Streamed, C, STREAMED>(&levels.groups, &mut scratch.streams);
+        return scratch.with_walk(|walk, scratch| {
+            batch.nested::<Streamed, C, STREAMED>(&levels.groups, &mut walk.streams, scratch);
         });
     }
     match lanes {
-        16 if const { is_built(16) } => flat::<f32x16, C, { BEAM / 16 }>(levels, count, batch),
-        8 if const { is_built(8) } => flat::<f32x8, C, { BEAM / 8 }>(levels, count, batch),
-        4 if const { is_built(4) } => flat::<f32x4, C, { BEAM / 4 }>(levels, count, batch),
-        _ => flat::<f32, C, BEAM>(levels, count, batch),
+        16 if const { is_built(16) } => {
+            flat::<f32x16, C, { BEAM / 16 }>(levels, count, batch, scratch)
+        }
+        8 if const { is_built(8) } => flat::<f32x8, C, { BEAM / 8 }>(levels, count, batch, scratch),
+        4 if const { is_built(4) } => flat::<f32x4, C, { BEAM / 4 }>(levels, count, batch, scratch),
+        _ => flat::<f32, C, BEAM>(levels, count, batch, scratch),
     }
 }
 
-fn flat<L: Lanes, C: Certainty, const S: usize>(levels: &Levels, count: Count, batch: impl Batch) {
+/// Runs a batch through the trees of a flat world.
+fn flat<L: Lanes, C: Certainty, const S: usize>(
+    levels: &Levels,
+    count: Count,
+    batch: impl Batch,
+    scratch: &mut TraceScratch,
+) {
     match levels {
-        Levels::Baseline(levels) => batch.packets::<L, C>(levels, count),
-        _ => with_scratch(|scratch| batch.tiles::<L, C, S>(scratch)),
+        Levels::Baseline(levels) => batch.packets::<L, C>(levels, count, scratch),
+        _ => scratch.with_walk(|walk, scratch| batch.beams::<L, C, S>(walk, scratch)),
     }
 }
 

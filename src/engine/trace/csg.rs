@@ -1,120 +1,94 @@
-//! A ray against a solid that is made of others: where it comes into it and where
-//! it leaves it.
+//! The scalar walk of a line through a CSG solid: where it enters and leaves.
 //!
-//! Every operand's span is found, and the order of their ends, as exact
-//! arithmetic would ([`crate::geom::exact`]); f64 with error bounds nearly always
-//! knows. Boundaries of operands in one frame are one event where they are equal;
-//! of operands in different frames, or where the solid has a tolerance, where they
-//! are so near to each other, from each to the next (docs/NUMERICS.md).
+//! Spans of operands and the order of their ends are those of exact arithmetic
+//! ([`crate::geom::exact`]); f64 with error bounds nearly always suffices. Boundaries of
+//! operands in one frame are one event where their t are equal. Boundaries of different
+//! frames, or of a solid with a tolerance, are one event where consecutive ones are within
+//! the slack (docs/numerics/csg.md, K13).
 
+mod events;
 pub mod lanes;
 mod leaf;
 mod mesh;
 
-use crate::accel::{PLACEMENT, PreparedCsg, SLOWEST};
+use super::scratch::TraceScratch;
+use crate::accel::PreparedCsg;
 use crate::csg::{Boundary, Walk};
 use crate::geom::exact::{Inside, Line, Root, meetings_between, span};
 use crate::geom::primitive::Boundaries;
-use crate::geom::{self, Tape};
-use crate::math::bounds::ErrorBounded;
-use crate::math::{Aabb, Vec3, length};
-use crate::scene::{CsgOperand, CsgSolid, Frame, Shape, Tables};
-use glam::DVec3;
-use mesh::Facet;
-use std::cell::Cell;
+use crate::geom::{Scratch, Tape};
+use crate::math::{Aabb, Vec3};
+use crate::scene::{CsgSolid, Frame, Shape, Tables};
+use events::{Mark, mark, number_events};
+use mesh::MeshCrossing;
 use std::ops::ControlFlow;
 
-/// Of a hit's `primitive`: the solid's outside is the operand's inside.
+/// Flag of a hit's `primitive`: the solid's outside is the operand's inside.
 pub const TURNED: u32 = 1 << 31;
 
-/// A boundary of the solid.
+/// A boundary of the CSG solid along a line.
 #[derive(Clone, Copy, Debug)]
 pub struct Crossing<'a> {
     pub root: Root<'a>,
-    /// The surface's number ([`CsgSolid::surface`]), and [`TURNED`].
+    /// Number of the surface ([`CsgSolid::surface`]), with the flag [`TURNED`].
     pub primitive: u32,
-    /// The ray comes into the solid.
+    /// Whether the line enters the solid here.
     pub enters: bool,
 }
 
-/// An operand's boundary, and how far off it may be in t: by its own frame's
-/// roundings beside those of others, and by the solid's tolerance.
-#[derive(Clone, Copy, Debug)]
-struct Mark<'a> {
-    root: Root<'a>,
-    /// The number of the surface.
-    surface: u32,
-    /// The line comes against the surface's normal: where an operand is left, as a
-    /// rule, it does not.
-    against: bool,
-    /// The root's t: where f64 hardly knows it, rounded, unless `is_rough`.
-    t: ErrorBounded,
-    frame: u32,
-    placement: f64,
-    tolerance: f64,
-    /// `placement` and `tolerance` are no more than the most that they may be: as a rule
-    /// no other boundary is so near.
-    is_rough: bool,
-    /// The first of those at the same t, and of those of the same event.
-    place: u32,
-    event: u32,
-}
-
-/// Reused from ray to ray.
+/// Buffers of the scalar walk, reused from line to line.
 #[derive(Default)]
-struct Scratch {
+pub(super) struct CsgScratch {
     boundaries: Vec<Boundary<Mark<'static>>>,
     inside: Vec<u32>,
     walk: Walk,
     operands: Vec<u32>,
-    facets: Vec<Facet>,
+    facets: Vec<MeshCrossing>,
 }
 
-thread_local! {
-    static SCRATCH: Cell<Option<Box<Scratch>>> = const { Cell::new(None) };
-}
-
-/// The first boundary beyond t_min. `line`: in the solid's space.
+/// Finds the first boundary beyond t_min of a line in the solid's space.
 pub fn first<'a>(
     csg: &PreparedCsg,
     tables: &'a Tables,
-    (line, t_min): (&Line, f64),
-    kernels: &mut geom::Scratch,
+    line: &Line,
+    t_min: f64,
+    scratch: &mut TraceScratch,
 ) -> Option<Crossing<'a>> {
     let mut found = None;
-    boundaries(csg, tables, (line, t_min), kernels, |crossing| {
+    let visit = |crossing: Crossing<'a>| {
         if crossing.root.order_with(t_min).is_gt() {
             found = Some(crossing);
             return ControlFlow::Break(());
         }
         ControlFlow::Continue(())
-    });
+    };
+    boundaries(csg, tables, (line, t_min), scratch, visit);
     found
 }
 
-/// Calls `visit` at the solid's boundaries in order, until it has seen enough: of
-/// a line in the solid's space those beyond t_min, and perhaps others. Returns
-/// whether the line has always been inside before the first.
+/// Calls `visit` at the solid's boundaries in the order of t until it breaks off. The line
+/// is in the solid's space; all boundaries beyond t_min are visited, and perhaps others.
+/// Returns whether the line is inside the solid before the first boundary.
 pub fn boundaries<'a>(
     csg: &PreparedCsg,
     tables: &'a Tables,
     (line, t_min): (&Line, f64),
-    kernels: &mut geom::Scratch,
+    scratch: &mut TraceScratch,
     mut visit: impl FnMut(Crossing<'a>) -> ControlFlow<()>,
 ) -> bool {
-    let mut scratch = SCRATCH.take().unwrap_or_default();
-    let mut marks: Vec<Boundary<Mark<'a>>> = std::mem::take(&mut scratch.boundaries);
-    let boundaries = &mut marks;
-    let Scratch {
+    let CsgScratch {
+        boundaries: kept,
         inside,
         walk,
         operands,
         facets,
-        ..
-    } = &mut *scratch;
+    } = &mut scratch.csg;
+    let kernels = &mut scratch.kernels;
+    let mut marks: Vec<Boundary<Mark<'a>>> = std::mem::take(kept);
+    let boundaries = &mut marks;
     let ray = [line.org, line.dir].map(Vec3::<f64>::splat);
     let solid = &csg.solid;
-    // What lies before t_min may be one event with what lies behind it.
+    // A boundary before t_min may be one event with a boundary beyond it.
     let from = if solid.is_exact() {
         t_min
     } else {
@@ -138,7 +112,7 @@ pub fn boundaries<'a>(
         }
     }
     boundaries.sort_by(|a, b| a.at.root.order(&b.at.root));
-    gather(solid, line, boundaries);
+    number_events(solid, line, boundaries);
     let always = inside.iter().copied();
     let start = walk.starts_inside(&solid.program, always.clone());
     let same = |a: &Mark, b: &Mark| a.place == b.place;
@@ -156,20 +130,19 @@ pub fn boundaries<'a>(
             enters: change.enters,
         })
     });
-    scratch.boundaries = emptied(marks);
-    SCRATCH.set(Some(scratch));
+    *kept = emptied(marks);
     start
 }
 
-/// Without what was in it, its place is kept for lines that live longer.
+/// Empties a vector and returns its memory at a lifetime that outlives the line.
 fn emptied<'a>(mut marks: Vec<Boundary<Mark<'a>>>) -> Vec<Boundary<Mark<'static>>> {
     marks.clear();
-    // Collected in place: nothing is allocated.
+    // An empty iterator is collected in place, so nothing is allocated.
     let none = |_: Boundary<Mark<'a>>| -> Option<Boundary<Mark<'static>>> { None };
     marks.into_iter().filter_map(none).collect()
 }
 
-/// The ends of an operand's span, or that the line is in it from the start.
+/// Collects the ends of an operand's span, and the operand where the line starts inside.
 fn collect<'a>(
     solid: &CsgSolid,
     tables: &'a Tables,
@@ -188,7 +161,7 @@ fn collect<'a>(
     };
     let own = in_frame(frame, operand.frame, line);
     let Inside { at_first, ends } = span(&primitive, &own);
-    // One point is no part of a closed interior.
+    // A span of one point has no interior.
     if let [Some(first), Some(last)] = &ends
         && first.order(last).is_eq()
     {
@@ -202,7 +175,7 @@ fn collect<'a>(
     }
 }
 
-/// An end of a span of an operand that is one surface.
+/// Builds the boundary at an end of a span, for an operand of a single surface.
 fn boundary<'a>(
     solid: &CsgSolid,
     line: &Line,
@@ -222,7 +195,7 @@ fn boundary<'a>(
     }
 }
 
-/// A line in an operand's space; `None` if it is none there.
+/// Transforms a line to an operand's space; `None` if its direction vanishes or overflows.
 fn own_line(solid: &CsgSolid, line: &Line, number: u32) -> Option<Line> {
     let operand = &solid.operands[number as usize];
     let own = in_frame(&solid.frames[operand.frame as usize], operand.frame, line);
@@ -230,13 +203,13 @@ fn own_line(solid: &CsgSolid, line: &Line, number: u32) -> Option<Line> {
     is_line.then_some(own)
 }
 
-/// [`collect`] of a polynomial's surface: where the polynomial changes its sign.
+/// [`collect`] for a polynomial surface: its boundaries are changes of the sign.
 fn collect_implicit<'a>(
     csg: &PreparedCsg,
     tape: &'a Tape,
     line: &Line,
     number: u32,
-    kernels: &mut geom::Scratch,
+    kernels: &mut Scratch,
     (boundaries, inside): (&mut Vec<Boundary<Mark<'a>>>, &mut Vec<u32>),
 ) {
     let solid = &csg.solid;
@@ -258,19 +231,19 @@ fn collect_implicit<'a>(
         let enters = meeting.after.is_lt();
         boundaries.push(boundary(solid, line, number, meeting.root, enters));
     });
-    // A line in the surface is in the solid.
+    // A line that lies in the surface counts as inside.
     if first.is_le() {
         inside.push(number);
     }
 }
 
-/// [`collect`] of what a line may come into many times.
+/// [`collect`] for a solid that a line may enter several times.
 fn collect_crossings<'a>(
     solid: &CsgSolid,
     tables: &'a Tables,
     line: &Line,
     number: u32,
-    kernels: &mut geom::Scratch,
+    kernels: &mut Scratch,
     (boundaries, inside): (&mut Vec<Boundary<Mark<'a>>>, &mut Vec<u32>),
 ) {
     let primitive = tables.solid(solid.operands[number as usize].shape);
@@ -285,13 +258,13 @@ fn collect_crossings<'a>(
     }
 }
 
-/// [`collect`] of a mesh, beyond t_min.
+/// [`collect`] for a closed mesh, beyond t_min.
 fn collect_mesh(
     csg: &PreparedCsg,
     tables: &Tables,
     (line, t_min): (&Line, f64),
     number: u32,
-    met: &mut Vec<Facet>,
+    met: &mut Vec<MeshCrossing>,
     (boundaries, inside): (&mut Vec<Boundary<Mark<'_>>>, &mut Vec<u32>),
 ) {
     let solid = &csg.solid;
@@ -328,7 +301,7 @@ fn collect_mesh(
     }
 }
 
-/// The operand's ray, by definition.
+/// Transforms a line to an operand's frame by the steps that define it (S40).
 pub fn in_frame(frame: &Frame, number: u32, line: &Line) -> Line {
     if number == 0 {
         return *line;
@@ -339,176 +312,8 @@ pub fn in_frame(frame: &Frame, number: u32, line: &Line) -> Line {
     }
 }
 
-/// Certain, but not complete: the box is met with room for all roundings, each of
-/// which counts `condition` times.
+/// Whether a line certainly misses a box. The box is padded for all roundings, each times
+/// `condition` (X11); a miss by less than that is not found.
 pub(super) fn passes_by(bounds: &Aabb, line: &Line, condition: f64) -> bool {
     line.part_in(bounds, condition).is_none()
-}
-
-/// t that is known no better than to this part is worth being worked out exactly.
-const KNOWN: f64 = 1.0 / (1_u64 << 49) as f64;
-
-fn mark<'a>(solid: &CsgSolid, operand: &CsgOperand, line: &Line, root: Root<'a>) -> Mark<'a> {
-    let mut mark = Mark {
-        root,
-        t: root.t,
-        surface: 0,
-        against: false,
-        frame: operand.frame,
-        placement: 0.0,
-        tolerance: 0.0,
-        is_rough: false,
-        place: 0,
-        event: 0,
-    };
-    if solid.is_exact() {
-        return mark;
-    }
-    let ErrorBounded { value, error } = mark.t;
-    if error <= value.abs() * KNOWN || !(value.is_finite() && error.is_finite()) {
-        sharpen(solid, operand, line, &mut mark);
-        return mark;
-    }
-    mark.is_rough = true;
-    let [org, dir] = [line.org, line.dir].map(DVec3::from_array);
-    let far = dir.abs().max_element() * (value.abs() + error);
-    let rate = length(dir) * SLOWEST;
-    // Twice, for the roundings of this.
-    let size = 2.0 * (org.abs().max_element() + far);
-    mark.placement = placement(solid, operand, size) / rate;
-    mark.tolerance = 2.0 * solid.tolerance / rate;
-    mark
-}
-
-/// What is known of a boundary beside others, in full.
-fn sharpen(solid: &CsgSolid, operand: &CsgOperand, line: &Line, mark: &mut Mark) {
-    let root = mark.root;
-    mark.is_rough = false;
-    // Of what f64 cannot say, both are infinite.
-    let is_known = root.t.value.is_finite() && root.t.error <= root.t.value.abs() * KNOWN;
-    if !is_known {
-        mark.t = ErrorBounded::exact(root.rounded());
-    }
-    let frame = &solid.frames[operand.frame as usize];
-    let at = |line: &Line| DVec3::from_array(line.org) + DVec3::from_array(line.dir) * mark.t.value;
-    let normal = root.normal_at(mark.t.value);
-    let normal = frame
-        .operand_from_solid
-        .transposed_vector(normal.to_array());
-    let normal = DVec3::from_array(normal);
-    let dir = DVec3::from_array(line.dir);
-    let rate = (normal.dot(dir) / length(normal)).abs();
-    let rate = rate.max(length(dir) * SLOWEST);
-    let reach = DVec3::from_array(line.org).abs().max(at(line).abs());
-    mark.placement = placement(solid, operand, reach.max_element()) / rate;
-    mark.tolerance = solid.tolerance / rate;
-}
-
-/// How far off an operand may be beside those of other frames, where coordinates of
-/// the solid's space are no larger than `reach`: these were rounded on their way there.
-fn placement(solid: &CsgSolid, operand: &CsgOperand, reach: f64) -> f64 {
-    if solid.frames.len() == 1 {
-        return 0.0;
-    }
-    let frame = &solid.frames[operand.frame as usize];
-    let (there, back) = (&frame.operand_from_solid, &frame.solid_from_operand);
-    let moved = DVec3::from_array(there.translation).abs().max_element();
-    let carried = there.norm() * reach + moved;
-    PLACEMENT * (back.norm() * carried + frame.reach)
-}
-
-/// Numbers places and events. Boundaries stand in the order of t; those of two
-/// neighbouring places are one event if any two of them are so near.
-fn gather(solid: &CsgSolid, line: &Line, boundaries: &mut [Boundary<Mark>]) {
-    let (mut before, mut start, mut event) = (0..0, 0, 0);
-    while start < boundaries.len() {
-        let (first, rest) = (&boundaries[start].at.root, &boundaries[start + 1..]);
-        let same = |b: &&Boundary<Mark>| first.order(&b.at.root).is_eq();
-        let end = start + 1 + rest.iter().take_while(same).count();
-        let pairs = |(a, b): (&[Boundary<Mark>], &[Boundary<Mark>]), is: Asked| {
-            a.iter().any(|a| b.iter().any(|b| is(a, b)))
-        };
-        let both = (&boundaries[before.clone()], &boundaries[start..end]);
-        let mut near = may_meet(both.0, both.1) && pairs(both, may_be_one);
-        if near {
-            for boundary in &mut boundaries[before.start..end] {
-                if boundary.at.is_rough {
-                    let operand = &solid.operands[boundary.operand as usize];
-                    sharpen(solid, operand, line, &mut boundary.at);
-                }
-            }
-            near = pairs((&boundaries[before], &boundaries[start..end]), are_one);
-        }
-        if !near {
-            event = start as u32;
-        }
-        for boundary in &mut boundaries[start..end] {
-            boundary.at.place = start as u32;
-            boundary.at.event = event;
-        }
-        before = start..end;
-        start = end;
-    }
-}
-
-/// False where no two of them are one, by the most that any of either side may be off.
-/// Where thousands of boundaries coincide, pairs are too many to be asked.
-fn may_meet(before: &[Boundary<Mark>], behind: &[Boundary<Mark>]) -> bool {
-    let most = |of: fn(&Mark) -> f64| {
-        let most = |side: &[Boundary<Mark>]| side.iter().map(|b| of(&b.at)).fold(0.0, f64::max);
-        (most(before), most(behind))
-    };
-    let (tolerances, placements) = (most(|m| m.tolerance), most(|m| m.placement));
-    let slack = tolerances
-        .0
-        .max(tolerances.1)
-        .max(placements.0 + placements.1);
-    let (Some(a), Some(b)) = (before.first(), behind.first()) else {
-        return false;
-    };
-    // Those of a side are at one t; so each of them tells where it is.
-    let gap = b.at.t.value - a.at.t.value;
-    let off = a.at.t.error + b.at.t.error;
-    slack > 0.0 && !(gap - 2.0 * off > 2.0 * slack)
-}
-
-type Asked = fn(&Boundary<Mark>, &Boundary<Mark>) -> bool;
-
-/// Of different t: false where they are not one, whatever is found out yet.
-fn may_be_one(a: &Boundary<Mark>, b: &Boundary<Mark>) -> bool {
-    if !(a.at.is_rough || b.at.is_rough) {
-        return are_one(a, b);
-    }
-    let (a, b) = (&a.at, &b.at);
-    let slack = a.tolerance.max(b.tolerance).max(a.placement + b.placement);
-    let gap = b.t.value - a.t.value;
-    // Not of what is no number.
-    !(gap - 2.0 * (a.t.error + b.t.error) > 2.0 * slack)
-}
-
-/// Of different t, by the f64 nearest to them.
-fn are_one(a: &Boundary<Mark>, b: &Boundary<Mark>) -> bool {
-    let own = a.operand == b.operand;
-    let (a, b) = (&a.at, &b.at);
-    // An operand that is no thicker than its ends are known, may not be met at all.
-    let placement = match own || a.frame != b.frame {
-        true => a.placement + b.placement,
-        false => 0.0,
-    };
-    let tolerance = match own {
-        true => 0.0,
-        false => a.tolerance.max(b.tolerance),
-    };
-    let slack = tolerance.max(placement);
-    if slack == 0.0 {
-        return false;
-    }
-    let gap = b.t.value - a.t.value;
-    // And by half a step each from the nearest f64.
-    let steps = f64::EPSILON * (a.t.value.abs() + b.t.value.abs());
-    let off = 1.001 * (a.t.error + b.t.error) + steps;
-    if (gap - slack).abs() > off {
-        return gap <= slack;
-    }
-    b.root.rounded() - a.root.rounded() <= slack
 }

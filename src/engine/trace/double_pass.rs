@@ -1,14 +1,14 @@
-//! A few lanes of a packet once more, in f64.
+//! The double pass: undecided lanes of a packet evaluated again in f64.
 //!
-//! What f32 leaves in doubt is mostly a lane or two, and sixteen lanes of f64 are two
-//! registers: the lanes that are asked for go eight at a time into one. Every lane's
-//! numbers and steps are its own, so its answer is the same in any company.
+//! Usually one or two of 16 lanes are undecided in f32. They are packed into one 8-lane f64
+//! register and evaluated again. Lanes do not interact, so an answer does not depend on the
+//! lanes that are packed with it.
 
 use super::packet::Packet;
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, f64x8};
 
-/// Rays, and the t beyond which nothing matters.
+/// Rays in f64, each with the t beyond which no hit matters.
 pub(super) struct DoublePass<D: Lanes> {
     pub org: Vec3<D>,
     pub dir: Vec3<D>,
@@ -16,9 +16,9 @@ pub(super) struct DoublePass<D: Lanes> {
     pub limit: D,
 }
 
-/// What is asked of rays, at any width.
+/// A test of rays in f64 lanes of any width.
 pub(super) trait SecondLook {
-    /// Which of the lanes `asked` may meet something, and which certainly do.
+    /// Returns which of the lanes `asked` may hit, and which certainly hit.
     fn look<D: Lanes<Scalar = f64, Double = D>>(
         &mut self,
         pass: &DoublePass<D>,
@@ -26,7 +26,7 @@ pub(super) trait SecondLook {
     ) -> [u32; 2];
 }
 
-/// Asks about some lanes.
+/// Evaluates the lanes `asked`, packed into f64 registers.
 #[inline(always)]
 pub(super) fn look_again<L: Lanes>(
     packet: &Packet<L>,
@@ -64,6 +64,7 @@ pub(super) fn look_again<L: Lanes>(
     answers
 }
 
+/// Packs eight lanes of a packet into f64 registers.
 #[inline(always)]
 fn gathered<L: Lanes>(
     packet: &Packet<L>,
@@ -91,7 +92,7 @@ mod tests {
     use super::*;
     use crate::math::lanes::{Mask, f32x16};
 
-    /// Lanes are told by their origins: which may, by one bit, and which must, by another.
+    /// Test answers encoded in the lanes' origins: one bit says may hit, another must hit.
     struct Bits;
 
     impl SecondLook for Bits {

@@ -1,7 +1,6 @@
-//! Decisions that error bounds leave open: one ray and one primitive at a time,
-//! on the numbers that define them.
+//! The exact fallback: decides one ray and one primitive where error bounds leave it open.
 //!
-//! Primitives are met, and their t's compared, as exact arithmetic would
+//! Hits and the order of their t are those of exact arithmetic
 //! ([`crate::geom::exact`], [`crate::geom::triangle::exact`]).
 
 use super::csg;
@@ -9,48 +8,39 @@ use super::csg::lanes::{Frames, Spaces, ends, is_sharp};
 use super::leaf::Tester;
 use super::packet::Packet;
 use super::query::{Competitor, Depth, HitId, Query};
+use super::scratch::TraceScratch;
 use crate::accel::{PreparedCsg, TlasEntry, World};
 use crate::geom::exact::{Crossing, Line, Root, Solid, first_beyond};
 use crate::geom::primitive::Boundaries;
 use crate::geom::triangle::Corners;
 use crate::geom::triangle::exact::{Pair, meet_exact};
-use crate::geom::{Certainty, Guarded, Ray, Scratch, triangle};
+use crate::geom::{Certainty, Guarded, Ray, triangle};
 use crate::math::Vec3;
 use crate::math::bounds::ErrorBounded;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::scene::{Shape, Tables};
 use glam::DVec3;
 use std::cmp::Ordering;
-use std::sync::atomic::{self, AtomicU64};
 
-/// Pairs that were decided here, by any thread.
-static DECIDED: AtomicU64 = AtomicU64::new(0);
-
-/// How many (ray, primitive) pairs this process has had decided by exact
-/// arithmetic so far.
-pub fn decided() -> u64 {
-    DECIDED.load(atomic::Ordering::Relaxed)
-}
-
-/// A ray's numbers, and a primitive's, that decide about the two.
+/// A ray in a primitive's space, and the numbers that define the primitive.
 enum Case<'a> {
     Triangle(Pair),
     Solid(Line, Solid<'a>),
     Csg(Line, &'a PreparedCsg, &'a Tables),
 }
 
-/// What is at hand where a kernel leaves lanes in doubt.
+/// Results of a kernel that left lanes undecided.
 #[derive(Clone, Copy)]
 pub(super) struct KnownHits<'a, X> {
-    /// Lanes in which it has met the primitive, and not known whether that comes first.
+    /// Lanes with a certain hit whose order is undecided.
     pub hits: u32,
-    /// At which t, a lane each.
+    /// t by lane.
     pub t: &'a [X],
-    /// Of a triangle.
+    /// Corners of a triangle.
     pub corners: Option<&'a Corners>,
 }
 
-/// A world ray.
+/// A ray in world space.
 #[derive(Clone, Copy)]
 pub(super) struct WorldRay {
     pub org: [f64; 3],
@@ -58,72 +48,55 @@ pub(super) struct WorldRay {
     pub t_min: f64,
 }
 
-/// Finds the f64 nearest to where a ray first meets a primitive beyond its t_min.
+/// Finds the f64 nearest to t of a ray's first hit of a primitive beyond its t_min.
 pub(super) fn nearest_t(
     world: &World,
     ray: &WorldRay,
     id: HitId,
-    kernels: &mut Scratch,
+    scratch: &mut TraceScratch,
 ) -> Option<f64> {
-    let case = Case::of(world, ray, id, None);
-    let (crossing, _) = case.crossing(ray.t_min, kernels)?;
+    let case = Case::look_up(world, ray, id, None);
+    let (crossing, _) = case.crossing(ray.t_min, scratch)?;
     Some(crossing.rounded())
 }
 
 impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
-    /// Decides about one primitive for some lanes, and hands what comes first to
-    /// the query. `kernels`: nothing on the way through a mesh, whose triangles need none; a
-    /// rival that is no triangle then has a scratch of its own.
-    pub fn decide<Q: Query<L>>(
-        &self,
-        lanes: L::Mask,
-        id: HitId,
-        query: &mut Q,
-        kernels: Option<&mut Scratch>,
-    ) {
+    /// Decides one primitive for some lanes, and commits hits that precede the queries'.
+    pub fn decide<Q: Query<L>>(&mut self, lanes: L::Mask, id: HitId, query: &mut Q) {
         let nothing = KnownHits {
             hits: 0,
             t: &[],
             corners: None,
         };
-        self.decide_with(lanes, &nothing, id, query, kernels);
+        self.decide_with(lanes, &nothing, id, query);
     }
 
-    /// The same, where some of it is at hand.
+    /// [`Tester::decide`] with the results of a kernel.
     #[cold]
     #[inline(never)]
     pub(super) fn decide_with<Q: Query<L>>(
-        &self,
+        &mut self,
         lanes: L::Mask,
         known: &KnownHits<L::Scalar>,
         id: HitId,
         query: &mut Q,
-        kernels: Option<&mut Scratch>,
     ) {
-        let mut own;
-        let kernels = match kernels {
-            Some(kernels) => kernels,
-            None => {
-                own = Scratch::default();
-                &mut own
-            }
-        };
         let mut bits = lanes.bits();
-        DECIDED.fetch_add(u64::from(bits.count_ones()), atomic::Ordering::Relaxed);
+        self.scratch.decided += u64::from(bits.count_ones());
         while bits != 0 {
             let lane = bits.trailing_zeros() as usize;
             bits &= bits - 1;
-            self.decide_one(lane, known, id, query, kernels);
+            self.decide_one(lane, known, id, query);
         }
     }
 
+    /// Decides one primitive for one lane.
     fn decide_one<Q: Query<L>>(
-        &self,
+        &mut self,
         lane: usize,
         known: &KnownHits<L::Scalar>,
         id: HitId,
         query: &mut Q,
-        kernels: &mut Scratch,
     ) {
         let (org, dir) = self.packet.lane(lane);
         let t_min = self.packet.ray.t_min.lane(lane).to_f64();
@@ -131,8 +104,9 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
         let Some(competitor) = query.competitor(lane) else {
             return;
         };
-        let case = Case::of(self.world, &ray, id, known.corners);
-        let Some((crossing, surface)) = case.crossing(t_min, kernels) else {
+        let (world, scratch) = (self.world, &mut *self.scratch);
+        let case = Case::look_up(world, &ray, id, known.corners);
+        let Some((crossing, surface)) = case.crossing(t_min, scratch) else {
             return;
         };
         let id = HitId {
@@ -141,9 +115,9 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
         };
         let first = match competitor {
             Competitor::End(end) => crossing.order_with(end).is_lt(),
-            Competitor::Hit(best, within) => match beside(&crossing, within) {
+            Competitor::Hit(best, within) => match order_by_interval(&crossing, within) {
                 Some(order) => order.is_lt(),
-                None => match Case::of(self.world, &ray, best, None).crossing(t_min, kernels) {
+                None => match Case::look_up(world, &ray, best, None).crossing(t_min, scratch) {
                     Some((other, _)) => crossing.order(&other).then(id.cmp(&best)).is_lt(),
                     None => true,
                 },
@@ -151,16 +125,17 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
         };
         if first {
             let met = (known.hits >> lane & 1 != 0).then(|| known.t[lane].to_f64());
-            let at = || depth::<L::Single>(self.world, &ray, id, &crossing, met, kernels);
+            let at = || depth::<L::Single>(world, &ray, id, &crossing, met, scratch);
             query.commit(lane, at, id);
         }
     }
 }
 
 impl<'a> Case<'a> {
-    /// `corners`: of a triangle, in any order, where they are at hand.
+    /// Looks up the numbers of a ray and a primitive. `corners` of a triangle may be in any
+    /// order.
     #[inline(always)]
-    fn of(world: &'a World, ray: &WorldRay, id: HitId, corners: Option<&Corners>) -> Case<'a> {
+    fn look_up(world: &'a World, ray: &WorldRay, id: HitId, corners: Option<&Corners>) -> Case<'a> {
         let entry = world.entry_of(id.instance);
         let scene = &world.scene;
         match entry.shape {
@@ -182,18 +157,22 @@ impl<'a> Case<'a> {
         }
     }
 
-    /// Beyond the ray's t_min; of a CSG solid also which of its surfaces.
-    fn crossing(&self, t_min: f64, kernels: &mut Scratch) -> Option<(Crossing<'_>, Option<u32>)> {
+    /// Finds the first crossing beyond t_min, and for a CSG solid its surface.
+    fn crossing(
+        &self,
+        t_min: f64,
+        scratch: &mut TraceScratch,
+    ) -> Option<(Crossing<'_>, Option<u32>)> {
         if let Case::Csg(line, solid, tables) = self {
             let csg::Crossing {
                 root, primitive, ..
-            } = csg::first(solid, tables, (line, t_min), kernels)?;
+            } = csg::first(solid, tables, line, t_min, scratch)?;
             return Some((Crossing::Root(root), Some(primitive)));
         }
         let crossing = match self {
             Case::Csg(..) => None,
             Case::Solid(line, solid) => {
-                first_beyond(solid, line, t_min, kernels).map(Crossing::Root)
+                first_beyond(solid, line, t_min, &mut scratch.kernels).map(Crossing::Root)
             }
             Case::Triangle(pair) => {
                 let crossing = meet_exact(pair)?;
@@ -205,8 +184,8 @@ impl<'a> Case<'a> {
     }
 }
 
-/// A crossing against another that lies between two numbers, where f64 tells.
-fn beside(crossing: &Crossing, [from, to]: [f64; 2]) -> Option<Ordering> {
+/// Orders a crossing against one in an interval of t, where f64 suffices.
+fn order_by_interval(crossing: &Crossing, [from, to]: [f64; 2]) -> Option<Ordering> {
     let known = crossing.t();
     let order = |x: f64| known.order(&ErrorBounded::exact(x));
     match (order(from), order(to)) {
@@ -216,27 +195,28 @@ fn beside(crossing: &Crossing, [from, to]: [f64; 2]) -> Option<Ordering> {
     }
 }
 
-/// A hit's t: what the kernel of one lane reports where it knows; else, of a
-/// solid, from the root. `met`: what the kernel of a solid has reported.
+/// Computes a hit's t as it is reported: that of the kernel at one lane where it is certain,
+/// else from the root (D19). `met`: t that a kernel has reported.
 fn depth<L: Lanes>(
     world: &World,
     ray: &WorldRay,
     id: HitId,
     crossing: &Crossing,
     met: Option<f64>,
-    kernels: &mut Scratch,
+    scratch: &mut TraceScratch,
 ) -> Depth {
     let is_csg = matches!(world.entry_of(id.instance).shape, Shape::Csg(_));
     if let (true, Crossing::Root(root)) = (is_csg, crossing) {
         let depth = depth_of(root);
-        let t = kernel_of_operand::<L>(world, ray, id, root, kernels);
+        let t = kernel_of_operand::<L>(world, ray, id, root, scratch);
         return Depth {
             t: t.unwrap_or(depth.t),
             ..depth
         };
     }
     let ErrorBounded { value, error } = crossing.t();
-    // An infinite value is no more known than its error.
+    // The root's own bounds serve where they are narrow; else t is rounded exactly. The part
+    // only chooses between two valid intervals. An infinite value has no finite error.
     let known_to = |part: f64| error <= value.abs() * part && value.is_finite();
     let within = if known_to(1e-6) {
         [(value - error).next_down(), (value + error).next_up()]
@@ -263,12 +243,12 @@ fn depth<L: Lanes>(
                 &world.bounds,
             );
             let entry = world.entry_of(id.instance);
-            let meet = Tester::<L, Guarded>::new(world, &packet).kernel(&entry, kernels);
+            let meet = Tester::<L, Guarded>::new(world, &packet, scratch).kernel(&entry);
             meet.hit.any().then(|| meet.t.lane(0).to_f64())
         }
     };
     let by_kernel = by_kernel.filter(|t| t.is_finite());
-    let near = known_to(AS_KERNELS);
+    let near = known_to(KERNEL_ACCURACY);
     let exact = || match crossing {
         Crossing::Root(root) if near => root.t.value,
         _ => crossing.rounded(),
@@ -279,13 +259,13 @@ fn depth<L: Lanes>(
     }
 }
 
-/// What the lanes' kernel says of t, of a boundary of an operand of a CSG solid.
+/// Computes t of a CSG operand's boundary by the kernel at one lane, where it is certain.
 fn kernel_of_operand<L: Lanes>(
     world: &World,
     ray: &WorldRay,
     id: HitId,
     root: &Root,
-    kernels: &mut Scratch,
+    scratch: &mut TraceScratch,
 ) -> Option<f64> {
     let entry = world.entry_of(id.instance);
     let Shape::Csg(row) = entry.shape else {
@@ -307,13 +287,15 @@ fn kernel_of_operand<L: Lanes>(
         from <= root.t.value && root.t.value <= to && to.is_finite()
     };
     if let Shape::Implicit(id) = operand.shape {
-        // All of the packet that lanes look at.
+        // The packet as the walk in lanes sees it.
         let packet = Packet::<L>::new(splat(org), splat(dir), L::from_f64(ray.t_min), &entry.own);
-        let (mut rows, all) = (Vec::new(), L::Mask::splat(true));
+        let rows: &mut Vec<[L; 3]> = scratch.lanes.rows.slot();
+        rows.clear();
+        let all = L::Mask::splat(true);
         let solid = (world.csg(row), &*world.scene);
         let mut spaces = Spaces::new(&packet);
-        let found = spaces.boundaries(solid, (operand, id), all, &mut rows, kernels);
-        let end = rows.into_iter().find(holds)?;
+        let found = spaces.boundaries(solid, (operand, id), all, rows, &mut scratch.kernels);
+        let end = rows.drain(..).find(holds)?;
         let known = !found.unsure.any() && is_sharp(&end).any();
         return known.then(|| end[1].lane(0).to_f64());
     }
@@ -324,15 +306,15 @@ fn kernel_of_operand<L: Lanes>(
     known.then(|| end[1].lane(0).to_f64())
 }
 
-/// A t that is known to this part of it, a quarter of f32's unit roundoff, is as good as
-/// any kernel's. It is cheaper than the number nearest to the root, and as much the same
-/// whoever asks.
-const AS_KERNELS: f64 = 1.0 / (1 << 26) as f64;
+/// Relative error of t, a quarter of f32's unit roundoff, up to which the root's f64 value is
+/// reported instead of the f64 nearest to the root (D19). Both depend on the ray and the
+/// primitive alone, and the former is cheaper.
+const KERNEL_ACCURACY: f64 = 1.0 / (1 << 26) as f64;
 
-/// t of a root, the same whoever asks; and between which numbers it lies.
+/// Computes t of a root as it is reported, with bounds (D19).
 pub(super) fn depth_of(root: &Root) -> Depth {
     let ErrorBounded { value, error } = root.t;
-    let known = error <= value.abs() * AS_KERNELS && value.is_finite();
+    let known = error <= value.abs() * KERNEL_ACCURACY && value.is_finite();
     let t = if known { root.t.value } else { root.rounded() };
     let within = if known {
         [(value - error).next_down(), (value + error).next_up()]
@@ -342,8 +324,7 @@ pub(super) fn depth_of(root: &Root) -> Depth {
     Depth { t, within }
 }
 
-/// The ray that a primitive is met by: the same steps as
-/// [`Packet::in_object`], lane for lane.
+/// Transforms a ray to a primitive's space by the steps of [`Packet::in_object`] (S6).
 #[inline(always)]
 fn in_object(
     world: &World,

@@ -1,28 +1,28 @@
-//! Answers of closest-hit queries in columns, as every kernel writes them.
+//! Hits of closest-hit queries in columns.
 
 use super::query::HitId;
 use std::ops::Range;
 
-/// A row per ray.
+/// Hit columns, a row per ray.
 pub struct Hits<'a> {
     pub t: Depths<'a>,
     pub id: Ids<'a>,
 }
 
-/// t of hits, computed at the precision of the query and rounded or widened to
-/// that of the column; meaningless without a hit.
+/// Column of t: computed at the query's precision and converted to the column's. Undefined
+/// without a hit.
 pub enum Depths<'a> {
     Single(&'a mut [f32]),
     Double(&'a mut [f64]),
 }
 
-/// Ids of hits; [`HitId::NONE`] without one.
+/// Columns of ids; [`HitId::NONE`] without a hit.
 pub struct Ids<'a> {
     pub instance: &'a mut [u64],
     pub primitive: &'a mut [u32],
 }
 
-/// The same columns, owned.
+/// Owned columns of ids.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct HitIds {
     pub instance: Vec<u64>,
@@ -38,6 +38,7 @@ impl Hits<'_> {
         self.id.instance.is_empty()
     }
 
+    /// Returns the columns of some rows.
     pub fn rows(&mut self, range: Range<usize>) -> Hits<'_> {
         Hits {
             t: self.t.rows(range.clone()),
@@ -73,14 +74,14 @@ impl Ids<'_> {
 }
 
 impl HitIds {
-    /// So many rows without a hit.
+    /// Makes `rows` rows without a hit.
     pub fn none(rows: usize) -> HitIds {
         let mut ids = HitIds::default();
         ids.resize(rows);
         ids
     }
 
-    /// New rows are without a hit.
+    /// Changes the number of rows; new rows have no hit.
     pub fn resize(&mut self, rows: usize) {
         self.instance.resize(rows, HitId::NONE.instance);
         self.primitive.resize(rows, HitId::NONE.primitive);
@@ -94,9 +95,9 @@ impl HitIds {
         self.instance.is_empty()
     }
 
-    /// Rows with a hit.
+    /// Counts the rows with a hit.
     pub fn hits(&self) -> usize {
-        // One half of an id tells.
+        // The instance id suffices.
         let hits = self.instance.iter().filter(|x| **x != HitId::NONE.instance);
         hits.count()
     }

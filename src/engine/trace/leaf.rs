@@ -1,20 +1,20 @@
-//! Testing primitives: from an entry of the world to hits in a query.
+//! Tests of primitives: from an entry of the world to hits in a query.
 //!
-//! The same functions serve the trees, the linear scan, the shadow cache and
-//! the resolver, at every width, so all of them mean the same by a hit: the
-//! kernel's answer, its t brought into the interval that the slabs give for the
-//! primitive's own box and for its instance's (see [`crate::accel`]). Guarded,
-//! a hit is that of exact arithmetic instead (see [`super::decide`]).
+//! The same functions serve trees, linear scan, shadow cache and exact fallback at every
+//! width, so all of them agree on a hit. In `fast` it is the kernel's, with t clamped to the
+//! intervals of the primitive's and the instance's box (X5). In `guarded` it is that of exact
+//! arithmetic ([`super::exact_fallback`]).
 
 mod single;
 
 use super::exact_fallback::KnownHits;
 use super::packet::Packet;
 use super::query::{HitId, Query};
+use super::scratch::TraceScratch;
 use crate::accel::{
     AnyScratch, BaselineBlas, BaselineLevels, Count, TlasEntry, World, corner_bounds,
 };
-use crate::geom::{Certainty, Meet, Scratch, triangle};
+use crate::geom::{Certainty, Meet, triangle};
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb32, Affine};
 use crate::scene::{MeshId, Shape};
@@ -39,58 +39,60 @@ impl<L: Lanes> Window<L> {
     }
 }
 
-/// The tracing of one packet against one world.
+/// Tests of one packet against the primitives of one world.
 pub struct Tester<'w, L: Lanes, C> {
     pub world: &'w World,
     /// World space.
     pub packet: &'w Packet<L>,
-    /// Of the instance that is being tested, where it is at hand.
+    pub(super) scratch: &'w mut TraceScratch,
+    /// `object_from_world` of the instance under test, where it is at hand.
     map: Option<&'w Affine>,
     certainty: PhantomData<C>,
 }
 
 impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
     #[inline(always)]
-    pub fn new(world: &'w World, packet: &'w Packet<L>) -> Self {
+    pub fn new(world: &'w World, packet: &'w Packet<L>, scratch: &'w mut TraceScratch) -> Self {
         Tester {
             world,
             packet,
+            scratch,
             map: None,
             certainty: PhantomData,
         }
     }
 
-    /// For the one instance whose `object_from_world` this is.
+    /// Sets the `object_from_world` of the one instance that will be tested.
     #[inline(always)]
     pub(super) fn with_map(self, map: Option<&'w Affine>) -> Self {
         Tester { map, ..self }
     }
 
-    /// Meets everything in the world, through comparison structures. `scratch`: of the top
-    /// structure, and of meshes'; `kernels`: of the primitives' kernels.
+    /// Traces the packet through comparison structures, with scratch of the top level and of
+    /// meshes.
     pub fn trace<Q: Query<L>>(
-        &self,
+        &mut self,
         levels: &BaselineLevels,
         query: &mut Q,
         [top, mesh]: &mut [AnyScratch<L>; 2],
-        kernels: &mut Scratch,
         count: Count,
     ) {
-        self.unbounded(query, kernels);
-        for (entry, id) in self.world.unbounded_meshes() {
+        let (world, packet) = (self.world, self.packet);
+        self.unbounded(query);
+        for (entry, id) in world.unbounded_meshes() {
             if let Some(index) = &levels.blases[id.index()] {
-                let active = self.packet.ray.t_min.lt(query.limit());
+                let active = packet.ray.t_min.lt(query.limit());
                 self.mesh(entry, id, index, active, query, (mesh, count));
             }
         }
         levels.tlas.walk(
-            &self.packet.slabs,
-            self.packet.ray.t_min,
+            &packet.slabs,
+            packet.ray.t_min,
             query.limit(),
             top,
             count,
             &mut |first, number, active, _| {
-                for entry in &self.world.entries[first..first + number] {
+                for entry in &world.entries[first..first + number] {
                     match entry.shape {
                         Shape::Mesh(id) => {
                             if let Some(index) = &levels.blases[id.index()] {
@@ -99,7 +101,7 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
                         }
                         _ => {
                             count.test(active, 1);
-                            self.solid(entry, active, query, kernels);
+                            self.solid(entry, active, query);
                         }
                     }
                 }
@@ -108,18 +110,19 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
         );
     }
 
-    /// The solids that stand outside the trees.
+    /// Tests the unbounded solids, which no tree contains.
     #[inline(always)]
-    pub(super) fn unbounded<Q: Query<L>>(&self, query: &mut Q, kernels: &mut Scratch) {
-        for entry in self.world.unbounded_solids() {
+    pub(super) fn unbounded<Q: Query<L>>(&mut self, query: &mut Q) {
+        let world = self.world;
+        for entry in world.unbounded_solids() {
             let active = self.packet.ray.t_min.lt(query.limit());
-            self.solid(entry, active, query, kernels);
+            self.solid(entry, active, query);
         }
     }
 
-    /// Meets a mesh through its own comparison structure.
+    /// Traces a mesh through its comparison structure.
     fn mesh<Q: Query<L>>(
-        &self,
+        &mut self,
         entry: &TlasEntry,
         mesh: MeshId,
         of: &BaselineBlas,
@@ -132,7 +135,7 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
             return;
         }
         let object = self.mesh_packet(entry, mesh);
-        // Lanes outside the window may not wake up in the tree.
+        // Lanes outside the window must stay inactive in the tree.
         let asleep = -L::splat(L::Scalar::INFINITY);
         let limit = L::select(active, query.limit(), asleep);
         of.index.walk(
@@ -156,10 +159,10 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
         );
     }
 
-    /// Whether there was anything to offer to the query.
+    /// Tests one triangle. Returns whether it was hit or undecided in any lane.
     #[inline(always)]
     pub(super) fn triangle<Q: Query<L>>(
-        &self,
+        &mut self,
         object: &Packet<L>,
         window: &Window<L>,
         corners: &triangle::Corners,
@@ -171,34 +174,34 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
             Meet::unsure(active)
         } else if C::GUARDED {
             let meet = triangle::meet_guarded(corners, &object.ray, active);
-            doubted::<L, C>(meet, active, id)
+            mark_undecided::<L, C>(meet, active, id)
         } else {
             triangle::meet(corners, &object.ray, active)
         };
         let some = (meet.hit | meet.unsure).any();
         if some && C::GUARDED {
-            self.offer_guarded(&meet, id, Some(corners), query, None);
+            self.offer_guarded(&meet, id, Some(corners), query);
         } else if some {
-            let own = corner_bounds(corners);
-            self.offer((object, window, &own), meet, id, query, None);
+            self.offer(object, window, &corner_bounds(corners), meet, id, query);
         }
         some
     }
 
-    /// One primitive alone: what the shadow cache and the resolver test.
+    /// Tests one primitive by its id, for the shadow cache and for temporal bounds.
     #[inline(never)]
-    pub fn single<Q: Query<L>>(&self, id: HitId, query: &mut Q, kernels: &mut Scratch) {
-        let entry = self.world.entry_of(id.instance);
+    pub fn single<Q: Query<L>>(&mut self, id: HitId, query: &mut Q) {
+        let world = self.world;
+        let entry = world.entry_of(id.instance);
         let active = self.packet.ray.t_min.lt(query.limit());
         match entry.shape {
             Shape::Mesh(mesh) => {
                 let (window, active) = self.window(&entry, active, query.limit());
                 let object = self.mesh_packet(&entry, mesh);
-                let mesh = self.world.scene.meshes.row(mesh);
+                let mesh = world.scene.meshes.row(mesh);
                 let corners = triangle::canonical(mesh.corners(id.primitive as usize));
                 self.triangle(&object, &window, &corners, id, active, query);
             }
-            _ => self.solid(&entry, active, query, kernels),
+            _ => self.solid(&entry, active, query),
         }
     }
 
@@ -209,70 +212,57 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
         active: L::Mask,
         limit: L,
     ) -> (Window<L>, L::Mask) {
-        let (enter, exit) = self
-            .packet
-            .slabs
-            .interval(entry.bounds.min, entry.bounds.max);
-        let t_min = self.packet.ray.t_min;
-        let reached = enter.max(t_min).le(exit.min(limit));
-        (Window { enter, exit }, active & reached)
+        window(self.packet, entry, active, limit)
     }
 
     #[inline(always)]
     pub(super) fn object_packet(&self, entry: &TlasEntry, center: DVec3) -> Packet<L> {
-        let look_up = || self.world.object_from_world(entry.instance);
-        let map = self.map.copied().unwrap_or_else(look_up);
-        self.packet.in_object(&map, center, &entry.own)
+        object_packet((self.world, self.packet, self.map), entry, center)
     }
 
     #[inline(always)]
     pub(super) fn mesh_packet(&self, entry: &TlasEntry, mesh: MeshId) -> Packet<L> {
-        if entry.placed {
-            self.object_packet(entry, self.world.scene.meshes.center[mesh.index()])
-        } else {
-            self.packet.for_tree(&entry.own)
-        }
+        mesh_packet((self.world, self.packet, self.map), entry, mesh)
     }
 
-    /// Hands hits to a guarded query, and has decided what is in doubt. What the
-    /// boxes say of t is true of it anyway.
+    /// Offers hits to a guarded query, and decides undecided lanes by the exact fallback. No
+    /// clamping to boxes is needed, since boxes contain the exact t.
     #[inline(always)]
     fn offer_guarded<Q: Query<L>>(
-        &self,
+        &mut self,
         meet: &Meet<L>,
         id: HitId,
         corners: Option<&triangle::Corners>,
         query: &mut Q,
-        kernels: Option<&mut Scratch>,
     ) {
-        let doubt = query.accept_sure(meet, id);
-        let doubt = doubt | meet.unsure & query.limit().gt(self.packet.ray.t_min);
-        if doubt.any() {
-            // Only here by memory.
+        let open = query.accept_sure(meet, id);
+        let open = open | meet.unsure & query.limit().gt(self.packet.ray.t_min);
+        if open.any() {
+            // Stored to memory only here.
             let t = meet.t.to_array();
             let known = KnownHits {
                 hits: meet.hit.bits(),
                 t: t.as_ref(),
                 corners,
             };
-            self.decide_with(doubt, &known, id, query, kernels);
+            self.decide_with(open, &known, id, query);
         }
     }
 
-    /// Brings t into the boxes' intervals and hands the hits to the query; guarded,
-    /// as they are.
+    /// Offers hits to the query; in `fast` with t clamped to the boxes' intervals (X5).
     #[inline(always)]
     pub(super) fn offer<Q: Query<L>>(
-        &self,
-        (object, window, own): (&Packet<L>, &Window<L>, &Aabb32),
+        &mut self,
+        object: &Packet<L>,
+        window: &Window<L>,
+        own: &Aabb32,
         meet: Meet<L>,
         id: HitId,
         query: &mut Q,
-        kernels: Option<&mut Scratch>,
     ) {
         if C::GUARDED {
             if (meet.hit | meet.unsure).any() {
-                self.offer_guarded(&meet, id, None, query, kernels);
+                self.offer_guarded(&meet, id, None, query);
             }
         } else if meet.hit.any() {
             let t_min = object.ray.t_min;
@@ -288,17 +278,11 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
 }
 
 impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
-    /// Meets one shape that is no mesh.
+    /// Tests one shape other than a mesh.
     #[inline(never)]
-    pub(super) fn solid<Q: Query<L>>(
-        &self,
-        entry: &TlasEntry,
-        active: L::Mask,
-        query: &mut Q,
-        kernels: &mut Scratch,
-    ) {
+    pub(super) fn solid<Q: Query<L>>(&mut self, entry: &TlasEntry, active: L::Mask, query: &mut Q) {
         if let Shape::Csg(id) = entry.shape {
-            return self.csg(entry, id, active, query, kernels);
+            return self.csg(entry, id, active, query);
         }
         let id = HitId {
             instance: entry.instance,
@@ -311,27 +295,71 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
             }
             let object = self.object_packet(entry, DVec3::ZERO);
             if let (true, Shape::Implicit(row)) = (Q::ANY, entry.shape) {
-                return self.is_blocked(&object, (row, id), active, query, kernels);
+                return self.is_blocked(&object, row, id, active, query);
             }
-            let meet = self.certified(&object, entry, active, query, kernels);
-            let meet = doubted::<L, C>(meet, active, id);
-            let places = (&object, &window, &entry.own);
-            self.offer(places, meet, id, query, Some(kernels));
+            let meet = self.certified(&object, entry, active, query);
+            let meet = mark_undecided::<L, C>(meet, active, id);
+            self.offer(&object, &window, &entry.own, meet, id, query);
         } else {
+            let packet = self.packet;
             if let (true, Shape::Implicit(row)) = (Q::ANY, entry.shape) {
-                return self.is_blocked(self.packet, (row, id), active, query, kernels);
+                return self.is_blocked(packet, row, id, active, query);
             }
-            let meet = self.certified(self.packet, entry, active, query, kernels);
-            let meet = doubted::<L, C>(meet, active, id);
-            let places = (self.packet, &Window::all(), &entry.own);
-            self.offer(places, meet, id, query, Some(kernels));
+            let meet = self.certified(packet, entry, active, query);
+            let meet = mark_undecided::<L, C>(meet, active, id);
+            self.offer(packet, &Window::all(), &entry.own, meet, id, query);
         }
     }
 }
 
-/// Takes back the answers that the certainty doubts by itself.
+/// Intersects the packet with an instance's world box: the interval of t, and the active
+/// lanes that reach it.
 #[inline(always)]
-pub(super) fn doubted<L: Lanes, C: Certainty>(
+pub(super) fn window<L: Lanes>(
+    packet: &Packet<L>,
+    entry: &TlasEntry,
+    active: L::Mask,
+    limit: L,
+) -> (Window<L>, L::Mask) {
+    let (enter, exit) = packet.slabs.interval(entry.bounds.min, entry.bounds.max);
+    let reached = enter.max(packet.ray.t_min).le(exit.min(limit));
+    (Window { enter, exit }, active & reached)
+}
+
+/// A world, a world-space packet, and the `object_from_world` of the one instance that is
+/// tested, where it is at hand.
+type PacketIn<'a, L> = (&'a World, &'a Packet<L>, Option<&'a Affine>);
+
+/// Brings a packet into the space of an instance that has a transform.
+#[inline(always)]
+fn object_packet<L: Lanes>(
+    (world, packet, map): PacketIn<L>,
+    entry: &TlasEntry,
+    center: DVec3,
+) -> Packet<L> {
+    let look_up = || world.object_from_world(entry.instance);
+    let map = map.copied().unwrap_or_else(look_up);
+    packet.in_object(&map, center, &entry.own)
+}
+
+/// Brings a packet into the space of an instance of a mesh.
+#[inline(always)]
+pub(super) fn mesh_packet<L: Lanes>(
+    (world, packet, map): PacketIn<L>,
+    entry: &TlasEntry,
+    mesh: MeshId,
+) -> Packet<L> {
+    if entry.placed {
+        let center = world.scene.meshes.center[mesh.index()];
+        object_packet((world, packet, map), entry, center)
+    } else {
+        packet.for_tree(&entry.own)
+    }
+}
+
+/// Marks the lanes that a test certainty declares undecided.
+#[inline(always)]
+pub(super) fn mark_undecided<L: Lanes, C: Certainty>(
     meet: Meet<L>,
     active: L::Mask,
     id: HitId,
@@ -339,10 +367,10 @@ pub(super) fn doubted<L: Lanes, C: Certainty>(
     if !C::GUARDED {
         return meet;
     }
-    let doubted = L::Mask::from_bits(C::doubts(id.instance, id.primitive)) & active;
+    let undecided = L::Mask::from_bits(C::doubts(id.instance, id.primitive)) & active;
     Meet {
-        hit: meet.hit & !doubted,
-        unsure: meet.unsure | doubted,
+        hit: meet.hit & !undecided,
+        unsure: meet.unsure | undecided,
         ..meet
     }
 }

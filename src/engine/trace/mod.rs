@@ -1,4 +1,4 @@
-//! Ray queries over a built world.
+//! Ray queries over a built world: closest hit, any hit, and spans.
 
 mod batch;
 mod beam;
@@ -15,6 +15,7 @@ mod ray_stream;
 mod rays;
 mod record;
 mod refine;
+mod scratch;
 mod shadow_cache;
 mod solids;
 mod spans;
@@ -27,11 +28,10 @@ mod test_random;
 
 #[cfg(feature = "all-lanes")]
 #[doc(hidden)]
-pub use batch::closest_doubting_all;
+pub use batch::closest_all_exact;
 pub use batch::{any, any_counted, closest, closest_counted, closest_listed, counts};
 pub use beam::BEAM;
 pub use csg::{Crossing, TURNED, boundaries, in_frame};
-pub use exact_fallback::decided;
 pub use hits::{Depths, HitIds, Hits, Ids};
 pub use item_buffer::{ItemBuffer, Raster, Rect};
 pub use leaf::Tester;
@@ -40,6 +40,7 @@ pub use query::{AnyHit, Closest, HitId, Query};
 pub use rays::{MAX_LANES, Rays, Vectors};
 pub use record::{Outcome, RayKind, TracedRay};
 pub use refine::{exact_t, refine};
+pub use scratch::{ScratchPool, TraceScratch};
 pub use shadow_cache::{CacheCounts, Caching, ShadowCache};
 pub use spans::{End, Span, Spans, spans};
 pub use temporal_bounds::{Reuse, TemporalBounds, TemporalCounts};

@@ -1,18 +1,18 @@
-//! Streams through nested trees: one for each shared node, entered level by
-//! level with those rays that reach it.
+//! Streams through nested trees: one tree for each shared node of the scene, entered level by
+//! level by the rays that reach it.
 //!
-//! A node's rays are the world's, brought into its space by the matrix composed
-//! along the path, as [`crate::scene::Instances`] composes it. They only find
-//! the way: a leaf is an entry made on the spot, met by the world rays. So the
-//! hits are those of a flat world, bit for bit.
+//! A level's rays are the world's, transformed by the matrix composed along the path as in
+//! [`crate::scene::Instances`]. They only cull: at a leaf an entry is made, and tested with
+//! the world rays, so hits have the bits of a flat world.
 //!
-//! Levels take their room from a pool that grows once; recursion is as deep as
-//! the graph, which [`crate::scene::MAX_DEPTH`] bounds.
+//! Levels are reused. The recursion is as deep as the graph, at most
+//! [`crate::scene::MAX_DEPTH`].
 
 use super::query::Query;
 use super::ray_stream::StreamRays;
-use super::solids::Lanewise;
-use super::stream::{Met, Stream, StreamScratch, each, limit};
+use super::scratch::TraceScratch;
+use super::solids::StreamPackets;
+use super::stream::{Stream, StreamScratch, TestedInstance, for_each_bit, limit};
 use crate::accel::{
     InstanceBvh, InstanceBvhs, InstanceEdge, Reach, STREAM, StreamStack, TlasEntry,
 };
@@ -20,85 +20,79 @@ use crate::geom::Certainty;
 use crate::math::lanes::Lanes;
 use crate::scene::{Placement, Shape, Target};
 
-/// Room for one node that is being walked.
+/// The rays and stack of one level.
 #[derive(Default)]
 pub(super) struct Level {
     stream_rays: StreamRays,
     stack: StreamStack,
 }
 
-/// A node on some path.
-struct Spot<'a> {
-    group: &'a InstanceBvh,
+/// A node of the scene at the end of a path.
+struct PathNode<'a> {
+    bvh: &'a InstanceBvh,
     place: Placement,
     /// Id of the first instance below.
     first: u64,
 }
 
-/// What all levels share.
+/// The stream and the trees, shared by all levels.
 struct Nested<'a, 'b> {
     stream: &'a Stream<'b>,
-    groups: &'a InstanceBvhs,
+    bvhs: &'a InstanceBvhs,
 }
 
 impl Stream<'_> {
-    /// Everything in a nested world. `active`: the rays that are still asking.
+    /// Traces the `active` rays through a nested world.
     pub fn trace_nested<L: Lanes, const S: usize, C: Certainty, Q: Query<L::Single>>(
         &self,
-        groups: &InstanceBvhs,
+        bvhs: &InstanceBvhs,
         active: u64,
         queries: &mut [Q; STREAM],
-        scratch: &mut StreamScratch,
+        walk: &mut StreamScratch,
+        scratch: &mut TraceScratch,
     ) {
-        let nested = Nested {
-            stream: self,
-            groups,
-        };
-        let world = Spot {
-            group: &groups.roots,
+        let nested = Nested { stream: self, bvhs };
+        let world = PathNode {
+            bvh: &bvhs.roots,
             place: Placement::WORLD,
             first: 0,
         };
-        let solids = &mut self.lanewise::<L, S>();
-        nested.unbounded::<L, S, C, Q>(&world, active, queries, (solids, scratch));
+        let solids = &mut self.packets::<L, S>(scratch);
+        nested.unbounded::<L, S, C, Q>(&world, active, queries, solids);
         let mut set = 0;
-        each(active, |i| set |= u64::from(limit(&queries[i]) >= 0.0) << i);
-        nested.group::<L, S, C, Q>(&world, set, queries, (solids, scratch));
+        for_each_bit(active, |i| set |= u64::from(limit(&queries[i]) >= 0.0) << i);
+        nested.trace_bvh::<L, S, C, Q>(&world, set, queries, (solids, walk));
     }
 }
 
 impl Nested<'_, '_> {
-    /// Where a link leads: the place, and the id of the first instance there.
+    /// Follows an edge: returns the placement and the id of the first instance there.
     #[inline(always)]
-    fn through(&self, above: &Spot, link: &InstanceEdge) -> (Placement, u64) {
-        let place = above.place.through(&self.stream.world.scene, link.edge);
-        (place, above.first + link.before)
+    fn through(&self, above: &PathNode, edge: &InstanceEdge) -> (Placement, u64) {
+        let place = above.place.through(&self.stream.world.scene, edge.edge);
+        (place, above.first + edge.before)
     }
 
-    /// What has no bounds, below a node.
+    /// Tests the unbounded shapes below a node.
     #[inline(never)]
     fn unbounded<L: Lanes, const S: usize, C: Certainty, Q: Query<L::Single>>(
         &self,
-        at: &Spot,
+        at: &PathNode,
         set: u64,
         queries: &mut [Q; STREAM],
-        (solids, scratch): (&mut Lanewise<L, S>, &mut StreamScratch),
+        solids: &mut StreamPackets<L, S>,
     ) {
-        for link in &at.group.open {
-            let (place, first) = self.through(at, link);
-            match link.edge.target {
+        for edge in &at.bvh.open {
+            let (place, first) = self.through(at, edge);
+            match edge.edge.target {
                 Target::Node(node) => {
-                    if let Some(group) = self.groups.node(node) {
-                        let spot = Spot {
-                            group,
-                            place,
-                            first,
-                        };
-                        self.unbounded::<L, S, C, Q>(&spot, set, queries, (solids, scratch));
+                    if let Some(bvh) = self.bvhs.node(node) {
+                        let child = PathNode { bvh, place, first };
+                        self.unbounded::<L, S, C, Q>(&child, set, queries, solids);
                     }
                 }
                 Target::Shape(shape) => {
-                    let own = self.groups.own[shape.index()];
+                    let own = self.bvhs.own[shape.index()];
                     let entry = TlasEntry::of(
                         &self.stream.world.scene,
                         shape,
@@ -108,27 +102,27 @@ impl Nested<'_, '_> {
                         self.stream.world.center,
                     );
                     let map = Some(&place.object_from_world);
-                    solids.meet::<C, Q>(&entry, map, set, queries, &mut scratch.kernels);
+                    solids.meet::<C, Q>(&entry, map, set, queries);
                 }
             }
         }
     }
 
-    /// What is bounded below a node, through its tree.
+    /// Traces the tree over a node's children.
     #[inline(never)]
-    fn group<L: Lanes, const S: usize, C: Certainty, Q: Query<L::Single>>(
+    fn trace_bvh<L: Lanes, const S: usize, C: Certainty, Q: Query<L::Single>>(
         &self,
-        at: &Spot,
+        at: &PathNode,
         set: u64,
         queries: &mut [Q; STREAM],
-        (solids, scratch): (&mut Lanewise<L, S>, &mut StreamScratch),
+        (solids, walk): (&mut StreamPackets<L, S>, &mut StreamScratch),
     ) {
-        let links = &at.group.links;
-        let mut level = scratch.levels.pop().unwrap_or_default();
-        if level.take_in(self, at, set) {
+        let edges = &at.bvh.links;
+        let mut level = walk.levels.pop().unwrap_or_default();
+        if level.load(self, at, set) {
             let Level { stream_rays, stack } = &mut *level;
-            each(set, |i| stream_rays.boxes.limit[i] = limit(&queries[i]));
-            let tree = &at.group.tree;
+            for_each_bit(set, |i| stream_rays.boxes.limit[i] = limit(&queries[i]));
+            let tree = &at.bvh.tree;
             tree.walk_stream::<true>(
                 &mut stream_rays.boxes,
                 set,
@@ -136,9 +130,9 @@ impl Nested<'_, '_> {
                 |_| (),
                 |boxes, first, count, mut set| {
                     let mut done = 0;
-                    for link in &links[first..first + count] {
-                        self.link::<L, S, C, Q>(at, link, set, queries, (solids, scratch));
-                        each(set, |i| {
+                    for edge in &edges[first..first + count] {
+                        self.trace_edge::<L, S, C, Q>(at, edge, set, queries, (solids, walk));
+                        for_each_bit(set, |i| {
                             boxes.limit[i] = limit(&queries[i]);
                             done |= u64::from(boxes.limit[i] < 0.0) << i;
                         });
@@ -152,40 +146,37 @@ impl Nested<'_, '_> {
             );
         } else {
             let mut set = set;
-            for link in links {
+            for edge in edges {
                 if set == 0 {
                     break;
                 }
-                self.link::<L, S, C, Q>(at, link, set, queries, (solids, scratch));
-                each(set, |i| set &= !(u64::from(limit(&queries[i]) < 0.0) << i));
+                self.trace_edge::<L, S, C, Q>(at, edge, set, queries, (solids, walk));
+                for_each_bit(set, |i| set &= !(u64::from(limit(&queries[i]) < 0.0) << i));
             }
         }
-        scratch.levels.push(level);
+        walk.levels.push(level);
     }
 
+    /// Tests one child of a node: another node, or a shape.
     #[inline(never)]
-    fn link<L: Lanes, const S: usize, C: Certainty, Q: Query<L::Single>>(
+    fn trace_edge<L: Lanes, const S: usize, C: Certainty, Q: Query<L::Single>>(
         &self,
-        at: &Spot,
-        link: &InstanceEdge,
+        at: &PathNode,
+        edge: &InstanceEdge,
         set: u64,
         queries: &mut [Q; STREAM],
-        (solids, scratch): (&mut Lanewise<L, S>, &mut StreamScratch),
+        (solids, walk): (&mut StreamPackets<L, S>, &mut StreamScratch),
     ) {
-        let (place, first) = self.through(at, link);
-        match link.edge.target {
+        let (place, first) = self.through(at, edge);
+        match edge.edge.target {
             Target::Node(node) => {
-                if let Some(group) = self.groups.node(node) {
-                    let spot = Spot {
-                        group,
-                        place,
-                        first,
-                    };
-                    self.group::<L, S, C, Q>(&spot, set, queries, (solids, scratch));
+                if let Some(bvh) = self.bvhs.node(node) {
+                    let child = PathNode { bvh, place, first };
+                    self.trace_bvh::<L, S, C, Q>(&child, set, queries, (solids, walk));
                 }
             }
             Target::Shape(shape) => {
-                let own = self.groups.own[shape.index()];
+                let own = self.bvhs.own[shape.index()];
                 let entry = TlasEntry::of(
                     &self.stream.world.scene,
                     shape,
@@ -196,37 +187,44 @@ impl Nested<'_, '_> {
                 );
                 let map = Some(&place.object_from_world);
                 let Shape::Mesh(id) = entry.shape else {
-                    return solids.meet::<C, Q>(&entry, map, set, queries, &mut scratch.kernels);
+                    return solids.meet::<C, Q>(&entry, map, set, queries);
                 };
-                let met = Met { entry: &entry, map };
-                let StreamScratch { object, mesh, .. } = scratch;
-                self.stream
-                    .placed_mesh::<L::Single, C, Q>(met, id, set, queries, object, mesh);
+                let met = TestedInstance { entry: &entry, map };
+                let StreamScratch { object, mesh, .. } = walk;
+                let walk = (object, mesh);
+                self.stream.placed_mesh::<L::Single, C, Q>(
+                    met,
+                    id,
+                    set,
+                    queries,
+                    walk,
+                    solids.scratch,
+                );
             }
         }
     }
 }
 
 impl Level {
-    /// Takes in the rays in a node's space; whether boxes can be met there.
+    /// Loads the rays in a node's space. Returns whether its boxes can be padded for them (X9).
     #[inline(never)]
-    fn take_in(&mut self, nested: &Nested, at: &Spot, set: u64) -> bool {
-        let Nested { stream, groups } = nested;
+    fn load(&mut self, nested: &Nested, at: &PathNode, set: u64) -> bool {
+        let Nested { stream, bvhs } = nested;
         let map = &at.place.object_from_world;
         let largest = |v: [f64; 3]| v[0].abs().max(v[1].abs()).max(v[2].abs());
         let mut reach = Reach {
             org: 0.0,
             dir: [f64::INFINITY, 0.0],
-            world: groups.reach(),
+            world: bvhs.reach(),
         };
-        each(set, |i| {
+        for_each_bit(set, |i| {
             let org = stream.org(i);
             let dir = largest(map.vector(stream.dir(i)));
             reach.org = reach.org.max(largest(map.point(org)));
             reach.world = reach.world.max(largest(org));
             reach.dir = [reach.dir[0].min(dir), reach.dir[1].max(dir)];
         });
-        let Some(bounds) = at.group.padded(map, &reach) else {
+        let Some(bounds) = at.bvh.padded(map, &reach) else {
             return false;
         };
         let ray = |i: usize| {
@@ -236,7 +234,7 @@ impl Level {
                 stream.t_min(i),
             )
         };
-        self.stream_rays.take_in(set, ray, &bounds, false);
+        self.stream_rays.load(set, ray, &bounds, false);
         true
     }
 }

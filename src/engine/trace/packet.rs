@@ -7,8 +7,8 @@ use crate::math::lanes::Lanes;
 use crate::math::{Aabb32, Affine, Vec3};
 use glam::DVec3;
 
-/// Rays in world or object space: the f64 numbers that define them, their
-/// rounding to the lanes' type, and the constants for the boxes of one tree.
+/// Rays in world or object space: the f64 numbers that define them, these rounded to the
+/// lanes' type, and the slab constants for the boxes of one tree.
 pub struct Packet<L: Lanes> {
     pub org: Vec3<L::Double>,
     pub dir: Vec3<L::Double>,
@@ -17,13 +17,13 @@ pub struct Packet<L: Lanes> {
 }
 
 impl<L: Lanes> Packet<L> {
-    /// `bounds`: of the tree that will be walked.
+    /// Makes a packet for a tree with these bounds.
     #[inline(always)]
     pub fn new(org: Vec3<L::Double>, dir: Vec3<L::Double>, t_min: L, bounds: &Aabb32) -> Packet<L> {
         Packet::about(DVec3::ZERO, org, dir, t_min, bounds)
     }
 
-    /// `bounds`: of the tree that will be walked, about `center`.
+    /// Makes a packet for a tree with these bounds, whose boxes are relative to `center` (X10).
     #[inline(always)]
     pub fn about(
         center: DVec3,
@@ -43,7 +43,7 @@ impl<L: Lanes> Packet<L> {
         }
     }
 
-    /// For what asks about no boxes: these rays reach every one.
+    /// Makes a packet for tests without boxes: its rays reach every box.
     #[inline(always)]
     pub fn open(org: Vec3<L::Double>, dir: Vec3<L::Double>, t_min: L) -> Packet<L> {
         let narrow = |v: Vec3<L::Double>| Vec3::new(L::narrow(v.x), L::narrow(v.y), L::narrow(v.z));
@@ -55,7 +55,7 @@ impl<L: Lanes> Packet<L> {
         }
     }
 
-    /// The same rays in an instance's object space, about `center`.
+    /// Transforms the rays to an instance's object space, relative to `center`.
     #[inline(always)]
     pub fn in_object(
         &self,
@@ -68,7 +68,7 @@ impl<L: Lanes> Packet<L> {
         Packet::new(org, dir, self.ray.t_min, bounds)
     }
 
-    /// The same rays in the same space, for another tree.
+    /// Returns the same rays with slab constants for another tree.
     #[inline(always)]
     pub fn for_tree(&self, bounds: &Aabb32) -> Packet<L> {
         Packet {
@@ -79,13 +79,13 @@ impl<L: Lanes> Packet<L> {
         }
     }
 
-    /// What a guarded kernel sees of the rays.
+    /// Returns the rays as guarded kernels take them.
     #[inline(always)]
     pub fn line(&self) -> ObjectRay<'_, L> {
         ObjectRay::new(&self.org, &self.dir, &self.ray)
     }
 
-    /// One lane's ray, at one lane.
+    /// Returns origin and direction of one lane.
     #[inline(always)]
     pub fn lane(&self, i: usize) -> ([f64; 3], [f64; 3]) {
         let at = |v: &Vec3<L::Double>| [v.x.lane(i), v.y.lane(i), v.z.lane(i)];

@@ -1,11 +1,10 @@
-//! What a packet asks: the closest hit, or any.
+//! Queries of a packet: closest hit or any hit.
 //!
-//! A query keeps each lane's limit, the t beyond which nothing matters to it.
-//! Equal t's go to the lower id, so the order of visits never shows.
+//! A query keeps each lane's limit, the t beyond which no hit matters. Of equal t the lower id
+//! wins, so the order of visits does not show.
 //!
-//! Guarded, a hit is known to lie between two bounds: it replaces another if the
-//! bounds say so, is dropped if they say that, and else is the caller's to
-//! compare exactly.
+//! In `guarded` a hit's t lies in an interval. If the intervals of two hits do not overlap
+//! the query orders them, else the caller compares them exactly.
 
 mod any_hit;
 mod closest;
@@ -16,7 +15,7 @@ pub use closest::Closest;
 use crate::geom::Meet;
 use crate::math::lanes::{Lanes, Scalar};
 
-/// A primitive of an instance: what ties are broken by.
+/// Id of a primitive of an instance; ties in t go to the lower one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct HitId {
     /// Id of one of [`Instances`](crate::scene::Instances).
@@ -33,68 +32,70 @@ impl HitId {
     };
 }
 
-/// What a packet asks, and how far it has got.
+/// A query's state: limits and hits of a packet's rays.
 pub trait Query<L: Lanes> {
-    /// A ray is done with its first hit.
+    /// Whether any hit finishes a ray.
     const ANY: bool;
-    /// Each lane's t_max so far; −∞ where the lane is done.
+    /// Returns each lane's t_max so far; −∞ for finished lanes.
     fn limit(&self) -> L;
-    /// Guarded: what a hit has to precede lies no nearer.
+    /// `guarded`: lower bound of the current closest t; a hit whose upper bound is below it
+    /// certainly wins.
     fn least(&self) -> L;
-    /// Hits that the kernel is certain of.
+    /// `fast`: takes hits where they precede the current ones.
     fn accept(&mut self, hit: L::Mask, t: L, id: HitId);
-    /// The same, guarded: takes the hits whose order with what is there is
-    /// certain, and returns those whose is not.
+    /// `guarded`: takes or drops the hits whose order with the current ones is certain, and
+    /// returns the others.
     fn accept_sure(&mut self, meet: &Meet<L>, id: HitId) -> L::Mask;
-    /// What a hit of a lane would have to precede; `None` where the lane is done.
+    /// Returns what a hit of a lane has to precede; `None` for a finished lane.
     fn competitor(&self, lane: usize) -> Option<Competitor>;
-    /// A hit that is before all others; its depth is asked for only where it counts.
+    /// Takes a hit that precedes all others; `at` is called only if t is needed.
     fn commit(&mut self, lane: usize, at: impl FnOnce() -> Depth, id: HitId);
-    /// One lane's hit; whether its order with what is there is certain.
+    /// Takes or drops one lane's hit. Returns whether its order with the current one is certain.
     fn try_commit(&mut self, lane: usize, at: Depth, id: HitId) -> bool;
-    /// Hits of one instance, each lane's with a primitive of its own.
+    /// `fast`: takes hits of one instance, with a primitive for each lane.
     fn accept_each(&mut self, hit: L::Mask, t: L, instance: u64, primitives: &L::Ids);
-    /// The same, guarded, of hits that certainly precede what is there.
+    /// `guarded`: takes hits of one instance that certainly precede the current ones.
     fn accept_each_sure(&mut self, meet: &Meet<L>, instance: u64, primitives: &L::Ids);
-    /// Any-hit: these rays are blocked, wherever.
+    /// Any hit: marks lanes as blocked.
     fn block(&mut self, lanes: L::Mask, id: HitId);
-    /// The same question of as many rays as `W` has lanes.
+    /// The same query at another width.
     type Together<W: Lanes>: Query<W> + Found;
+    /// Starts the same query at another width.
     fn together<W: Lanes>(limit: W) -> Self::Together<W>;
 }
 
-/// What a query has found.
+/// Access to a query's hits.
 pub trait Found {
-    /// A lane's t and id, if it has a hit: what [`Query::try_commit`] takes.
+    /// Returns a lane's t and id, if it has a hit, as [`Query::try_commit`] takes them.
     fn found(&self, lane: usize) -> Option<(Depth, HitId)>;
 }
 
-/// A hit's t.
+/// t of a hit.
 #[derive(Clone, Copy, Debug)]
 pub struct Depth {
     /// As it is reported.
     pub t: f64,
-    /// Guarded: where it truly lies.
+    /// `guarded`: bounds of the exact t.
     pub within: [f64; 2],
 }
 
 impl Depth {
-    /// Nothing else is known of it.
-    pub fn of(t: f64) -> Depth {
+    /// A t without bounds.
+    pub fn point(t: f64) -> Depth {
         Depth { t, within: [t, t] }
     }
 }
 
-/// What a hit has to precede.
+/// What a new hit is compared with.
 #[derive(Clone, Copy, Debug)]
 pub enum Competitor {
-    /// The ray's own end.
+    /// The ray's end.
     End(f64),
-    /// The nearest hit so far, and between which numbers it lies.
+    /// The closest hit so far, with bounds of its t.
     Hit(HitId, [f64; 2]),
 }
 
-/// The next number.
+/// Returns the next greater number of the type.
 pub(super) fn next_up<X: Scalar>(x: X) -> X {
     if size_of::<X>() == 8 {
         X::from_f64(x.to_f64().next_up())
@@ -103,7 +104,7 @@ pub(super) fn next_up<X: Scalar>(x: X) -> X {
     }
 }
 
-/// The number before.
+/// Returns the next smaller number of the type.
 fn next_down<X: Scalar>(x: X) -> X {
     if size_of::<X>() == 8 {
         X::from_f64(x.to_f64().next_down())

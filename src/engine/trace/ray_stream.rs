@@ -1,37 +1,36 @@
-//! A stream's rays in one space, and which triangles of a block each may meet.
+//! A stream's rays in one space, and the triangles of a block that each of them may hit.
 
-use super::stream::each;
+use super::stream::for_each_bit;
 use crate::accel::{Block, BoxRays, STREAM, Slabs, WIDE};
 use crate::geom::Ray;
 use crate::geom::triangle::{Seen, cross_with_size, plane_ratio};
 use crate::math::lanes::{Entries, Lanes, Mask, Register, max, min};
 use crate::math::{Aabb32, Vec3};
 
-/// Rays in one space, in f32 whatever their own precision, in columns: what only
-/// sorts out.
+/// A stream's rays in one space, in columns of f32. They only cull; hits come from the rays
+/// themselves.
 #[derive(Default)]
 pub(super) struct StreamRays {
     pub boxes: BoxRays,
     pub triangle_rays: TriangleRays,
 }
 
-/// What triangles are met with.
+/// Rays as the culling of triangles needs them.
 pub(super) struct TriangleRays {
     org: [Column; 3],
-    /// The shear of each ray.
+    /// Shear of each ray.
     shear: [Column; 3],
-    /// Rays whose axis is y, and z.
+    /// Bit sets of rays whose main axis is y, and z.
     axis: [u64; 2],
-    /// t_min as a depth along the axis, in the ray's sense; rounded down.
+    /// t_min as a depth along the axis in the ray's sense, rounded down.
     begin: Column,
-    /// By how much a corner, seen along the ray, may be out of place; infinite where
-    /// nothing is certain.
+    /// Error bound of a sheared corner (T7); infinite where nothing is certain.
     misplaced: Column,
-    /// Of how far an edge function is off ([`Seen::size`] m): what is times m, and the
-    /// rest that is not times m².
+    /// Coefficients of an edge function's error bound over m = [`Seen::size`] (T2): of m, and
+    /// constant. That of m² is the same for all rays.
     carried: Column,
     rest: Column,
-    /// How far T less D times `begin` is off, in the magnitudes of D's terms.
+    /// Error bound of T − D · `begin` over S (T9).
     begun: Column,
 }
 
@@ -62,20 +61,20 @@ impl Default for Column {
 }
 
 impl StreamRays {
-    /// Takes in all rays. `ray`: origin, direction and t_min of a row. `sees`: for
-    /// triangles too, not only for boxes.
+    /// Loads the rays of a set. `ray` returns origin, direction and t_min of a row. `sees`:
+    /// for triangles too, not only for boxes.
     #[inline(always)]
-    pub fn take_in(
+    pub fn load(
         &mut self,
         set: u64,
         ray: impl Fn(usize) -> ([f64; 3], [f64; 3], f32),
         bounds: &Aabb32,
         sees: bool,
     ) {
-        /// A bit for each lane.
+        /// All lanes of a register.
         const EVERY: u64 = (1 << <Register as Lanes>::COUNT) - 1;
         let mut columns = [Column::default(); 7];
-        each(set, |i| {
+        for_each_bit(set, |i| {
             let (org, dir, t_min) = ray(i);
             for k in 0..3 {
                 columns[k].0[i] = org[k] as f32;
@@ -103,22 +102,23 @@ impl StreamRays {
                 max(max(low.abs(), high.abs()), o.abs())
             };
             let reach = max(max(reach(0), reach(1)), reach(2));
-            // As `Seen::bounds` counts, and of a direction that is too short or too long.
+            // T7; nothing is certain for a direction that is too short or too long (T5).
             let misplaced = reach * Register::splat(MISPLACED * 0.5 * f32::EPSILON);
             let misplaced = misplaced + Register::splat(f32::MIN_POSITIVE);
             let shear = &ray.shear;
             let short = Register::splat(f32::MIN_POSITIVE / (0.5 * f32::EPSILON));
             let long = Register::splat(0.5 * f32::EPSILON / f32::MIN_POSITIVE);
-            // And where products may leave the format.
+            // Nor where products may leave the format (T10).
             let sane = Lanes::gt(shear.along.abs(), short)
                 & Lanes::lt(shear.along.abs(), long)
                 & Lanes::lt(misplaced, Register::splat(FARTHEST))
-                // Where a t has fewer bits than this, it bounds nothing.
+                // Nor where a t of this size has lost bits.
                 & Lanes::lt(shear.along.abs() * short, reach);
             let infinite = Register::splat(f32::INFINITY);
             let misplaced = <Register as Lanes>::select(sane, misplaced, infinite);
             let begin = t_min * shear.along.abs();
             let begin = begin - begin.abs() * Register::splat(SLACK);
+            // T2.
             let carried = misplaced * Register::splat(4.1);
             let rest = misplaced * misplaced * Register::splat(2.1);
             let rest = rest + Register::splat(f32::MIN_POSITIVE);
@@ -144,22 +144,22 @@ impl StreamRays {
     }
 }
 
-/// A block that several rays are to meet.
+/// A block with the planes of its triangles, shared by the rays of a stream.
 pub(super) struct BlockPlanes<'a> {
     block: Block<'a>,
-    /// Normals of the triangles' planes by axis, as `plane_depth` takes them.
+    /// Normals of the planes by axis, as `plane_depth` takes them.
     normal: [[f32; WIDE]; 3],
-    /// Sums of the magnitudes that these are differences of, a little more; and by how
-    /// much D may be off, infinite where nothing is certain.
+    /// S: sum of the magnitudes that the normal's components are differences of, rounded up.
     size: [f32; WIDE],
+    /// Error bound of D (T8); infinite where nothing is certain.
     det_error: [f32; WIDE],
     /// Slots that hold a triangle.
     used: u32,
 }
 
 impl BlockPlanes<'_> {
-    /// `exact`: as [`TriangleRays::may_meet`] takes it; [`TriangleRays::meets`] needs neither sizes
-    /// nor which slots are used.
+    /// Sets up the planes. `exact`: with the bounds and used slots that
+    /// [`TriangleRays::may_meet`] needs; [`TriangleRays::meets`] needs neither.
     #[inline(always)]
     pub fn new(block: Block, exact: bool) -> BlockPlanes {
         let mut normal = [[0.0; WIDE]; 3];
@@ -171,7 +171,7 @@ impl BlockPlanes<'_> {
         }
         let mut used = u32::MAX;
         if exact {
-            // What products lose to underflow is multiplied once more.
+            // `LEAST` covers the underflow of products (T10).
             let sum = terms[0] + terms[1] + terms[2] + Register::splat(LEAST);
             sum.store(&mut size);
             let error = sum * Register::splat(DET_ERROR);
@@ -195,31 +195,31 @@ fn minus(p: [Register; 3], q: [Register; 3]) -> [Register; 3] {
     [p[0] - q[0], p[1] - q[1], p[2] - q[2]]
 }
 
-/// A block's triangles as a ray sees them, and the first corners' places across it, not
-/// sheared.
-struct Sighted {
+/// A block's triangles, sheared along a ray.
+struct SeenBlock {
     seen: Seen<Register>,
+    /// First corners relative to the origin across the main axis, not sheared.
     raw: [Register; 2],
-    /// The ray's axes.
+    /// The ray's axes, the main axis last.
     axes: [usize; 3],
 }
 
-/// Where a block's triangles lie along a ray, as depths in its sense.
-struct Along {
-    /// Of the corners.
+/// Depths of a block's triangles along a ray, in its sense.
+struct DepthRange {
+    /// Least and greatest depth of the corners.
     least: Register,
     most: Register,
-    /// Of the planes: T and D, turned so that D ≥ 0. They are met at the depth T / D.
+    /// T and D of the planes, turned so that D ≥ 0: the ray crosses a plane at the depth T / D.
     above: Register,
     det: Register,
 }
 
 impl TriangleRays {
-    /// Spelled out, for arrays' own `map` is not always part of what surrounds it. What is
-    /// not used is not made.
+    /// Shears a block's triangles along a ray. Loops are unrolled by hand, since `map` of
+    /// arrays is not always inlined; unused results are optimized away.
     #[inline(always)]
-    fn see(&self, i: usize, block: &Block) -> Sighted {
-        // The steps of `Shear::apply`, along the one axis that this ray has.
+    fn see(&self, i: usize, block: &Block) -> SeenBlock {
+        // The steps of `Shear::apply` along this ray's axis.
         let splat = |column: &Column| Register::splat(column.0[i]);
         let [y, z] = self.axis.map(|rays| (rays >> i & 1) as usize);
         let k = (y + 2 * z) % 3;
@@ -230,7 +230,7 @@ impl TriangleRays {
             splat(&self.org[k]),
         );
         let (shear_x, shear_y) = (splat(&self.shear[0]), splat(&self.shear[1]));
-        // Sheared; then x and y as they were.
+        // Sheared coordinates, then x and y as they were.
         let see = |[x, y, z]: [Register; 3]| {
             let (x, y, z) = (x - org.0, y - org.1, z - org.2);
             [shear_x.mul_add(z, x), shear_y.mul_add(z, y), z, x, y]
@@ -259,7 +259,7 @@ impl TriangleRays {
                 [see(a), see(b), see(c)]
             }
         };
-        Sighted {
+        SeenBlock {
             seen: Seen {
                 x: [ax, bx, cx],
                 y: [ay, by, cy],
@@ -270,46 +270,46 @@ impl TriangleRays {
         }
     }
 
-    /// Above zero, the ray's line certainly meets the triangle in exact arithmetic; and
-    /// below zero, it certainly does not. Where numbers leave the format, neither.
+    /// Returns two numbers: if the first is above zero, the line certainly hits the triangle;
+    /// if the second is below zero, it certainly misses (T3). NaN decides neither.
     #[inline(always)]
     fn inside_and_beside(&self, i: usize, seen: &Seen<Register>) -> [Register; 2] {
         let splat = |column: &Column| Register::splat(column.0[i]);
-        // As `Seen::margin`.
+        // T2, as in `Seen::margin`.
         let (agreement, m) = (seen.agreement(), seen.size());
         let margin = m.mul_add(splat(&self.carried), splat(&self.rest));
         let margin = (m * m).mul_add(Register::splat(4.1 * 0.5 * f32::EPSILON), margin);
         [agreement - margin, agreement + margin]
     }
 
-    /// Triangles of the block that a ray may meet before its limit in exact arithmetic,
-    /// as far as f32 can tell; and of these those that it certainly meets.
+    /// `guarded`: returns the triangles that a ray may hit before its limit, and those that it
+    /// certainly hits (T11).
     #[inline(always)]
-    pub fn may_meet(&self, i: usize, faces: &BlockPlanes, limit: f32) -> [u32; 2] {
+    pub fn may_meet(&self, i: usize, planes: &BlockPlanes, limit: f32) -> [u32; 2] {
         let misplaced = self.misplaced.0[i];
         if misplaced == f32::INFINITY {
-            return [faces.used, 0];
+            return [planes.used, 0];
         }
         let splat = Register::splat;
-        let sighted = self.see(i, &faces.block);
-        let at = self.along(i, faces, &sighted);
+        let sighted = self.see(i, &planes.block);
+        let at = self.along(i, planes, &sighted);
         let begin = self.begin.0[i];
         let end = limit * self.shear[2].0[i].abs();
         let pad = misplaced * 4.0;
-        // Rays may end before their origin.
+        // Rays may end at negative t.
         let [more, less] = [end * (1.0 + SLACK), end * (1.0 - SLACK)];
         let (end_late, end_early) = (more.max(less), more.min(less));
         let after = begin + begin.abs() * (2.0 * SLACK);
 
-        // Everything that rules a triangle out is a number below zero: one comparison
-        // for all. What is no number rules nothing out.
+        // Each condition that rules a triangle out is a number below zero, so one comparison
+        // serves all; NaN rules nothing out.
         let [inside, beside] = self.inside_and_beside(i, &sighted.seen);
         let ends = min(
             splat(end_late + pad) - at.least,
             at.most - splat(begin - pad),
         );
-        // T less D times where the ray begins, D times where it ends less T.
-        let size = Register::load(&faces.size);
+        // T − D · begin and D · end − T (T9).
+        let size = Register::load(&planes.size);
         let ended = plane_error(splat(misplaced), splat(more.abs()));
         let first = splat(-begin).mul_add(at.det, at.above);
         let last = splat(end_late).mul_add(at.det, -at.above);
@@ -317,31 +317,32 @@ impl TriangleRays {
             size.mul_add(splat(self.begun.0[i]), first),
             size.mul_add(ended, last),
         );
-        // What products lose to underflow.
+        // Covers the underflow of products (T10).
         let plane = plane + splat(f32::MIN_POSITIVE);
-        // D's sign may be anyone's where it is less than its error.
-        let known = Lanes::gt(at.det, Register::load(&faces.det_error));
+        // The sign of D is unknown where D is below its error (T8).
+        let known = Lanes::gt(at.det, Register::load(&planes.det_error));
         let plane = <Register as Lanes>::select(known, plane, Register::zero());
         let out = min(min(ends, plane), beside).lt(Register::zero());
         let within =
             Lanes::gt(at.least, splat(after + pad)) & Lanes::lt(at.most, splat(end_early - pad));
         let sure = Lanes::gt(inside, Register::zero()) & within;
-        [(!out).bits() & faces.used, sure.bits() & faces.used]
+        [(!out).bits() & planes.used, sure.bits() & planes.used]
     }
 
+    /// Computes the depths of a block's triangles along a ray.
     #[inline(always)]
-    fn along(&self, i: usize, faces: &BlockPlanes, sighted: &Sighted) -> Along {
-        let Sighted { seen, raw, axes } = sighted;
+    fn along(&self, i: usize, planes: &BlockPlanes, sighted: &SeenBlock) -> DepthRange {
+        let SeenBlock { seen, raw, axes } = sighted;
         let [az, bz, cz] = seen.z;
         let sense = Register::splat(1.0_f32.copysign(self.shear[2].0[i]));
         let depths = [az * sense, bz * sense, cz * sense];
-        let normal = |axis: usize| Register::load(&faces.normal[axis]);
+        let normal = |axis: usize| Register::load(&planes.normal[axis]);
         let normal = [normal(axes[0]), normal(axes[1]), normal(axes[2])];
         let shear = |axis: usize| Register::splat(self.shear[axis].0[i]);
         let shear = [shear(0), shear(1)];
         let [above, det] = plane_ratio([raw[0], raw[1], az], normal, shear);
         let above = above * sense;
-        Along {
+        DepthRange {
             least: min(min(depths[0], depths[1]), depths[2]),
             most: max(max(depths[0], depths[1]), depths[2]),
             above: <Register as Lanes>::select(det.lt(Register::zero()), -above, above),
@@ -349,15 +350,14 @@ impl TriangleRays {
         }
     }
 
-    /// Triangles of the block that a ray may meet before its limit as f32 has it at one
-    /// lane; and of these those that it certainly meets.
+    /// `fast`: returns the triangles that the test at one f32 lane may hit before the limit,
+    /// and those that it certainly hits.
     #[inline(always)]
-    pub fn meets(&self, i: usize, faces: &BlockPlanes, limit: f32) -> [u32; 2] {
+    pub fn meets(&self, i: usize, planes: &BlockPlanes, limit: f32) -> [u32; 2] {
         let splat = Register::splat;
-        let sighted = self.see(i, &faces.block);
-        // What `plane_depth` divides, t in its plane and the corners' least, is
-        // compared as products here.
-        let at = self.along(i, faces, &sighted);
+        let sighted = self.see(i, &planes.block);
+        // The quotients of `plane_depth` are compared as products here.
+        let at = self.along(i, planes, &sighted);
         let begin = splat(self.begin.0[i]);
         let end = limit * self.shear[2].0[i].abs();
         let pad = splat(self.misplaced.0[i]) * splat(4.0);
@@ -367,19 +367,17 @@ impl TriangleRays {
         let before = Lanes::le(least_padded, splat(end_late));
         let within = Lanes::gt(least_padded, after) & Lanes::lt(most_padded, splat(end_early));
         let (inside, _) = sighted.seen.inside();
-        // Without area, as the places that fill a block up.
+        // Triangles without area, such as those that fill up a block.
         let none = Lanes::eq(at.above, Register::zero()) | Lanes::eq(at.det, Register::zero());
         let begun = Lanes::gt(at.above, begin * at.det) | Lanes::gt(at.least, begin);
-        // The hit is then moved into its triangle's box, and may come before the
-        // limit: that is for the test for good, unless the whole triangle lies
-        // between the ray's ends.
+        // `fast` then clamps t to the triangle's box, which may bring it before the limit. So
+        // a hit is certain only if the whole triangle lies between the ray's ends.
         let inside = inside & !none;
         [(inside & begun & before).bits(), (inside & within).bits()]
     }
 }
 
-/// How far a plane's T less D times a depth is off, in the magnitudes of D's terms: ten
-/// roundings of T's terms, at most reach · size in sum, twelve of D's, and a little more.
+/// Error bound of T − D · depth over S (T9): (13 · reach + 14 · |depth|) u.
 #[inline(always)]
 fn plane_error(misplaced: Register, depth: Register) -> Register {
     let roundings = |n: f32| Register::splat(n * 0.5 * f32::EPSILON);
@@ -389,22 +387,20 @@ fn plane_error(misplaced: Register, depth: Register) -> Register {
     )
 }
 
-/// Of the largest coordinate that a ray has to do with, in roundings.
+/// Error of a sheared corner in roundings of the reach (T7).
 const MISPLACED: f32 = 10.75;
 
-/// Of what is misplaced by more, and of magnitudes that are larger, products may leave
-/// the format.
+/// Largest error of a corner and largest S: beyond them products may leave the format (T10).
 const FARTHEST: f32 = 1e6;
 const LARGEST: f32 = 1e24;
 
-/// Roundings of this cover what any product of four numbers loses to underflow.
+/// Added to S, so that its roundings cover the underflow of products of four numbers (T10).
 const LEAST: f32 = 1e-31;
 
-/// More than what a depth is wrong by, relative to itself, that takes four
-/// roundings.
+/// Relative error bound of a depth that takes four roundings (T11): 8u.
 const SLACK: f32 = 4.0 * f32::EPSILON;
 
-/// Of D, in the magnitudes of its terms: ten roundings.
+/// Error of D over S (T8).
 const DET_ERROR: f32 = 10.75 * 0.5 * f32::EPSILON;
 
 #[cfg(test)]

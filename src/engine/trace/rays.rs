@@ -1,4 +1,4 @@
-//! Rays in columns, as every kernel reads them.
+//! Rays in columns.
 
 use super::beam::BEAM;
 use super::packet::Packet;
@@ -6,12 +6,11 @@ use crate::accel::{STREAM, World};
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Scalar};
 
-/// Columns of rays are padded to a multiple of this, the largest group of rays
-/// that is traced together.
+/// Columns of rays are padded to a multiple of this, the number of rays of a beam.
 pub const MAX_LANES: usize = BEAM;
 
-/// Rays in world space. Every column is padded to a multiple of [`MAX_LANES`]
-/// with rays whose `t_max` is negative: they meet nothing. No `t_min` is below 0.
+/// Rays in world space. Columns are padded to a multiple of [`MAX_LANES`] with rays whose
+/// `t_max` is negative, which hit nothing. No `t_min` is below 0.
 #[derive(Clone, Copy)]
 pub struct Rays<'a> {
     pub org: Vectors<'a>,
@@ -21,7 +20,7 @@ pub struct Rays<'a> {
     pub t_max: &'a [f32],
 }
 
-/// Columns of points or directions, of either type. f32 is widened, which loses nothing.
+/// Columns of points or directions, in either type. f32 is widened, which loses nothing.
 #[derive(Clone, Copy)]
 pub enum Vectors<'a> {
     Single([&'a [f32]; 3]),
@@ -29,7 +28,7 @@ pub enum Vectors<'a> {
 }
 
 impl Vectors<'_> {
-    /// Returns those of one ray.
+    /// Returns the vector of ray `i`.
     #[inline(always)]
     pub fn at(&self, i: usize) -> [f64; 3] {
         match self {
@@ -38,7 +37,7 @@ impl Vectors<'_> {
         }
     }
 
-    /// Loads as many rays as there are lanes, from row `first` on.
+    /// Loads the vectors of as many rays as there are lanes, from row `first` on.
     #[inline(always)]
     pub(super) fn lanes<D: Lanes<Scalar = f64>>(&self, first: usize) -> Vec3<D> {
         match self {
@@ -53,6 +52,7 @@ impl Vectors<'_> {
         }
     }
 
+    /// Returns the columns of some rows.
     pub fn rows(&self, range: std::ops::Range<usize>) -> Self {
         match self {
             Vectors::Single(columns) => Vectors::Single(columns.map(|x| &x[range.clone()])),
@@ -70,7 +70,7 @@ impl Rays<'_> {
         self.t_max.is_empty()
     }
 
-    /// Some of them, at whole multiples of [`MAX_LANES`].
+    /// Returns some of the rays; both ends are multiples of [`MAX_LANES`].
     pub fn rows(&self, range: std::ops::Range<usize>) -> Self {
         Rays {
             org: self.org.rows(range.clone()),
@@ -80,7 +80,7 @@ impl Rays<'_> {
         }
     }
 
-    /// Of the rays of a stream, those that can meet anything.
+    /// Returns the rays of a stream with a range of t, as a bit set.
     #[inline(always)]
     pub(super) fn alive(&self, first: usize) -> u64 {
         let mut alive = 0;
@@ -91,13 +91,14 @@ impl Rays<'_> {
         alive
     }
 
+    /// Loads a packet with slab constants for the world's top-level tree.
     #[inline(always)]
     pub(super) fn packet<L: Lanes>(&self, first: usize, world: &World) -> Packet<L> {
         let (org, dir, t_min) = self.numbers(first);
         Packet::about(world.center, org, dir, t_min, &world.bounds)
     }
 
-    /// The same for what asks about no boxes.
+    /// Loads a packet for tests without boxes.
     #[inline(always)]
     pub(super) fn open_packet<L: Lanes>(&self, first: usize) -> Packet<L> {
         let (org, dir, t_min) = self.numbers(first);
@@ -114,7 +115,7 @@ impl Rays<'_> {
     }
 }
 
-/// f32 into lanes of any type.
+/// Loads f32 into lanes of any type.
 #[inline(always)]
 pub(super) fn load_f32<L: Lanes>(from: &[f32]) -> L {
     let mut lanes = L::zero().to_array();

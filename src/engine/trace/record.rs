@@ -1,9 +1,8 @@
-//! What was asked and what was answered: one row per traced ray.
+//! Records of traced rays with their answers, for `verify` to replay in the reference.
 //!
-//! `verify` replays these rows in the reference tracer. They hold the very
-//! numbers that the fast path used.
+//! They hold the same numbers that were traced.
 
-/// Why a ray was traced.
+/// Kind of a ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RayKind {
     Primary,
@@ -15,24 +14,25 @@ pub enum RayKind {
     Refraction,
 }
 
-/// A ray, and what the fast path said about it.
+/// A traced ray and its answer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TracedRay {
     pub kind: RayKind,
-    /// Pixel row-major index, sample number, and bounce (0 = camera ray).
+    /// Row-major index of the pixel.
     pub pixel: u32,
     pub sample: u32,
+    /// Number of bounces; 0 for camera rays.
     pub depth: u32,
     /// World space.
     pub org: [f64; 3],
-    /// World space, not unit; t counts in its length.
+    /// World space, not unit; t is in units of its length.
     pub dir: [f64; 3],
-    /// Hits count where 0 < t < t_max.
+    /// Hits lie in 0 < t < t_max.
     pub t_max: f32,
     pub outcome: Outcome,
 }
 
-/// The answer of a closest-hit or any-hit query.
+/// Answer of a closest-hit or any-hit query.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outcome {
     Miss,
@@ -46,7 +46,8 @@ pub enum Outcome {
         /// Geometric normal, world space, unit, on the outer side.
         normal: [f64; 3],
     },
-    /// Any-hit queries only.
+    /// Any-hit queries only: not blocked.
     Clear,
+    /// Any-hit queries only.
     Blocked,
 }

@@ -1,12 +1,10 @@
-//! The last occluder of a light, tried before any traversal (Haines and
-//! Greenberg, "The light buffer", 1986).
+//! The shadow cache: a light's last occluder is tested before traversal (Haines and Greenberg,
+//! "The light buffer", 1986).
 //!
-//! A try is the query's own test of one primitive, so it can only find what the
-//! traversal would find: no answer depends on the cache. Rays go in rounds (a
-//! packet, or a stream) and are tried a packet at a time. That takes a few
-//! nanoseconds a ray, and a wait for memory where the primitive is not at hand:
-//! too much among triangles that block a ray each. So only what has blocked a
-//! good part of the last round is tried in the next.
+//! The test is the query's own, so it finds only what the traversal would find, and no answer
+//! depends on the cache. Rays are tested in rounds, a packet or stream at a time. A test takes
+//! a few nanoseconds per ray and often a cache miss, which is too much where triangles block
+//! one ray each. So an occluder is only kept if it blocked a good part of the last round.
 
 use super::query::HitId;
 use serde::Serialize;
@@ -23,7 +21,7 @@ pub enum Caching {
 impl Caching {
     pub const ALL: [Caching; 2] = [Caching::On, Caching::Off];
 
-    /// As it is written on the command line.
+    /// Returns the name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Caching::On => "on",
@@ -32,12 +30,12 @@ impl Caching {
     }
 }
 
-/// What a cache did, in rays.
+/// Counts of rays.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct CacheCounts {
-    /// Rays that met the cached occluder's test.
+    /// Rays tested against the cached occluder.
     pub tries: u64,
-    /// Those that it blocked: they were not traced.
+    /// Rays that it blocked, which were not traced.
     pub hits: u64,
 }
 
@@ -48,7 +46,7 @@ impl AddAssign for CacheCounts {
     }
 }
 
-/// One light's, for rays that follow each other: those of a tile.
+/// The shadow cache of one light, for the consecutive rays of a tile.
 #[derive(Clone, Copy, Debug)]
 pub struct ShadowCache {
     caching: Caching,
@@ -56,8 +54,8 @@ pub struct ShadowCache {
     pub counts: CacheCounts,
 }
 
-/// An occluder is tried again where it has blocked one ray in so many: then a
-/// try costs less than what it spares.
+/// An occluder is kept if it blocked at least one ray in this many: tests then cost less than
+/// the tracing that they save.
 const WORTH: u32 = 8;
 
 impl ShadowCache {
@@ -69,20 +67,20 @@ impl ShadowCache {
         }
     }
 
-    /// What a round of rays should try first.
+    /// Returns the occluder to test first.
     #[inline(always)]
     pub(super) fn candidate(&self) -> Option<HitId> {
         (self.occluder != HitId::NONE).then_some(self.occluder)
     }
 
-    /// After a candidate was tried.
+    /// Counts a test of the occluder.
     #[inline(always)]
     pub(super) fn tried(&mut self, rays: u32, certified: u32) {
         self.counts.tries += u64::from(rays);
         self.counts.hits += u64::from(certified);
     }
 
-    /// At the end of a round: what has blocked so many of its rays.
+    /// Ends a round: keeps the occluder if it blocked enough of the rays.
     #[inline(always)]
     pub(super) fn remember(&mut self, occluder: HitId, blocked: u32, rays: u32) {
         let worth = self.caching == Caching::On && blocked > 0 && blocked * WORTH >= rays;

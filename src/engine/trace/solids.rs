@@ -1,52 +1,56 @@
-//! Single primitives before rays that come one by one: as many rays at a time as
-//! there are lanes, all the same.
+//! Tests of single primitives and CSG solids for streams: the rays of a stream are gathered
+//! into packets.
 
 use super::leaf::Tester;
 use super::packet::Packet;
 use super::query::{Found, Query, next_up};
 use super::rays::Rays;
-use super::stream::each;
+use super::scratch::TraceScratch;
+use super::stream::for_each_bit;
 use crate::accel::{STREAM, TlasEntry, World};
-use crate::geom::{Certainty, Scratch};
+use crate::geom::Certainty;
 use crate::math::Affine;
 use crate::math::lanes::{Lanes, Mask};
 
-/// Rays that follow each other, as packets: each made when the first primitive
-/// comes before it, for not every group of rays meets one.
+/// Consecutive rays as packets. A packet is made at its first test, since many are never
+/// tested.
 pub(super) struct Packets<L: Lanes, const S: usize>([Option<Packet<L>>; S]);
 
 impl<L: Lanes, const S: usize> Packets<L, S> {
+    /// No packets.
     pub fn none() -> Self {
         Packets([const { None }; S])
     }
 
+    /// Removes all packets.
     pub fn clear(&mut self) {
         for packet in &mut self.0 {
             *packet = None;
         }
     }
 
-    /// Number `s`, of the rays from row `first` on, the same at every call.
+    /// Returns packet `s` of the rays from row `first` on, which must be the same in all calls.
     #[inline(always)]
     pub fn get(&mut self, s: usize, rays: &Rays, first: usize, world: &World) -> &Packet<L> {
         self.0[s].get_or_insert_with(|| rays.packet(first + s * L::COUNT, world))
     }
 }
 
-/// So many rays of a packet go one by one.
+/// Number of rays of a packet up to which they are tested one by one.
 const FEW: u32 = 2;
 
-/// The rays of a stream: with one query each, and as packets.
-pub(super) struct Lanewise<'a, L: Lanes, const S: usize> {
+/// The rays of a stream as packets, for single primitives.
+pub(super) struct StreamPackets<'a, L: Lanes, const S: usize> {
     pub world: &'a World,
     pub rays: &'a Rays<'a>,
     pub first: usize,
     pub packets: Packets<L, S>,
+    pub scratch: &'a mut TraceScratch,
 }
 
-impl<L: Lanes, const S: usize> Lanewise<'_, L, S> {
-    /// One primitive before some rays. `map`: its `object_from_world`, where that
-    /// is at hand.
+impl<L: Lanes, const S: usize> StreamPackets<'_, L, S> {
+    /// Tests one primitive for a set of rays. `map`: its `object_from_world`, where that is
+    /// at hand.
     #[inline(never)]
     pub fn meet<C: Certainty, Q: Query<L::Single>>(
         &mut self,
@@ -54,28 +58,27 @@ impl<L: Lanes, const S: usize> Lanewise<'_, L, S> {
         map: Option<&Affine>,
         set: u64,
         queries: &mut [Q; STREAM],
-        kernels: &mut Scratch,
     ) {
         const { assert!(S * L::COUNT == STREAM) };
         for s in 0..S {
             let first = s * L::COUNT;
             let some = set >> first & (u64::MAX >> (64 - L::COUNT));
             if some.count_ones() <= FEW {
-                each(some, |lane| {
+                for_each_bit(some, |lane| {
                     let row = self.first + first + lane;
                     let packet = self.rays.packet::<L::Single>(row, self.world);
                     let query = &mut queries[first + lane];
                     let active = packet.ray.t_min.lt(query.limit());
-                    Tester::<L::Single, C>::new(self.world, &packet)
+                    Tester::<L::Single, C>::new(self.world, &packet, self.scratch)
                         .with_map(map)
-                        .solid(entry, active, query, kernels);
+                        .solid(entry, active, query);
                 });
                 continue;
             }
             let mut limits = (-L::from_f32(1.0)).to_array();
-            each(some, |lane| {
+            for_each_bit(some, |lane| {
                 let limit = queries[first + lane].limit().lane(0);
-                // Just beyond: ties are for the ray's own query to certify.
+                // Just beyond the ray's limit, so that its own query settles ties.
                 let limit = if Q::ANY { limit } else { next_up(limit) };
                 limits.as_mut()[lane] = limit;
             });
@@ -83,10 +86,10 @@ impl<L: Lanes, const S: usize> Lanewise<'_, L, S> {
             let packet = self.packets.get(s, self.rays, self.first, self.world);
             let active = L::Mask::from_bits(some as u32) & packet.ray.t_min.lt(limit);
             let mut query = Q::together::<L>(limit);
-            Tester::<L, C>::new(self.world, packet)
+            Tester::<L, C>::new(self.world, packet, self.scratch)
                 .with_map(map)
-                .solid(entry, active, &mut query, kernels);
-            each(some, |lane| {
+                .solid(entry, active, &mut query);
+            for_each_bit(some, |lane| {
                 let Some((at, id)) = query.found(lane) else {
                     return;
                 };
@@ -95,12 +98,8 @@ impl<L: Lanes, const S: usize> Lanewise<'_, L, S> {
                     let row = self.first + first + lane;
                     let packet = self.rays.packet::<L::Single>(row, self.world);
                     let all = <L::Single as Lanes>::Mask::splat(true);
-                    Tester::<L::Single, C>::new(self.world, &packet).decide(
-                        all,
-                        id,
-                        own,
-                        Some(kernels),
-                    );
+                    Tester::<L::Single, C>::new(self.world, &packet, self.scratch)
+                        .decide(all, id, own);
                 }
             });
         }

@@ -1,14 +1,13 @@
-//! All that a line has in the solids of a scene, front to back: for mass,
-//! thickness and path length.
+//! Spans of a line inside the solids of a scene, for mass, thickness and path length.
 //!
-//! Exact, one line at a time and every instance in turn; no structure is built.
-//! Each solid stands for itself: where two of them overlap, both are listed. Shapes
-//! without inside (polygons; open cylinders, cones and implicit surfaces; meshes that
-//! are not closed) are counted and left out.
+//! Spans are exact. One line is intersected with every instance in turn; no structure is
+//! built. Where two solids overlap, both are listed. Shapes without an inside (polygons; open
+//! cylinders, cones and implicit surfaces; meshes that are not closed) are counted and left
+//! out.
 
 use super::csg::{TURNED, boundaries, passes_by};
+use super::scratch::TraceScratch;
 use crate::accel::{MeshCrossingTrees, PreparedCsg};
-use crate::geom::Scratch;
 use crate::geom::exact::{Line, Root, span};
 use crate::geom::primitive::Boundaries;
 use crate::math::unit;
@@ -19,30 +18,30 @@ use glam::DVec3;
 use std::collections::HashMap;
 use std::ops::ControlFlow;
 
-/// Where a line comes into a solid or leaves it.
+/// A point where a line enters or leaves a solid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct End {
-    /// In lengths of the line's direction: the f64 nearest to the exact one.
+    /// The f64 nearest to the exact t, in units of the direction's length.
     pub t: f64,
-    /// Whose surface it is: of a CSG solid, an operand's.
+    /// Shape of the surface: for a CSG solid, the operand.
     pub shape: ShapeId,
     pub material: Option<MaterialId>,
     /// World space.
     pub point: DVec3,
-    /// World space, unit, out of the solid.
+    /// World space, unit, outward.
     pub normal: DVec3,
 }
 
-/// From where a line comes into a solid to where it next leaves it.
+/// A span of a line inside a solid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Span {
     /// Id of one of [`Instances`].
     pub instance: u64,
-    /// The solid as it was placed.
+    /// The placed solid.
     pub shape: ShapeId,
-    /// `None`: it always was inside.
+    /// `None` if the line comes from infinity inside.
     pub enter: Option<End>,
-    /// `None`: it stays.
+    /// `None` if the line goes to infinity inside.
     pub exit: Option<End>,
 }
 
@@ -56,17 +55,18 @@ impl Span {
     }
 }
 
+/// All spans of a line.
 #[derive(Clone, Debug, Default)]
 pub struct Spans {
-    /// By t_enter, then t_exit, then instance. A touching line has a span of one
-    /// point in a primitive, and none in a CSG solid.
+    /// Sorted by t_enter, t_exit and instance. A touching line has a span of one point in a
+    /// primitive, and none in a CSG solid.
     pub rows: Vec<Span>,
-    /// Instances of shapes that have no inside, wherever they are.
+    /// Number of instances of shapes without an inside, whether the line hits them or not.
     pub left_out: u64,
 }
 
-/// World space; `dir` of any length but 0. Refused where there are too many
-/// instances to look at each.
+/// Finds the spans of a line in world space; `dir` has any length but 0. Fails if there are
+/// too many instances to enumerate.
 pub fn spans(
     scene: &Tables,
     instances: &Instances,
@@ -74,10 +74,9 @@ pub fn spans(
     dir: DVec3,
 ) -> Result<Spans, SceneError> {
     instances.check_enumerable()?;
-    let mut spans = Spans::default();
+    let (mut spans, mut scratch) = (Spans::default(), TraceScratch::default());
     let mut unfolded: HashMap<ShapeId, Option<PreparedCsg>> = HashMap::new();
     let mut trees = MeshCrossingTrees::default();
-    let kernels = &mut Scratch::default();
     for (id, instance) in (0..).zip(instances.iter(scene)) {
         let ray = Ray {
             scene,
@@ -97,7 +96,7 @@ pub fn spans(
                     || !scene.meshes.open[row.index()] && check_closed(scene, row).is_ok();
                 let solid = unfolded.entry(instance.shape);
                 match solid.or_insert_with(|| is_solid().then(one)) {
-                    Some(solid) => ray.of_csg(solid, &mut spans.rows, kernels),
+                    Some(solid) => ray.push_csg_spans(solid, &mut spans.rows, &mut scratch),
                     None => spans.left_out += 1,
                 }
             }
@@ -112,18 +111,18 @@ pub fn spans(
                         let mut of = || PreparedCsg::of(scene, instance.shape, row, &mut trees);
                         let solid = unfolded.entry(instance.shape);
                         if let Some(solid) = solid.or_insert_with(|| Some(of())) {
-                            ray.of_csg(solid, &mut spans.rows, kernels);
+                            ray.push_csg_spans(solid, &mut spans.rows, &mut scratch);
                         }
                     }
-                    // It may come in and leave many times.
+                    // The line may enter and leave several times.
                     shape if shape.boundaries() != Boundaries::Span => {
                         let one = || Some(PreparedCsg::of_one(scene, instance.shape));
                         let solid = unfolded.entry(instance.shape);
                         if let Some(solid) = solid.or_insert_with(one) {
-                            ray.of_csg(solid, &mut spans.rows, kernels);
+                            ray.push_csg_spans(solid, &mut spans.rows, &mut scratch);
                         }
                     }
-                    _ => ray.of_primitive(shape, &mut spans.rows),
+                    _ => ray.push_primitive_spans(shape, &mut spans.rows),
                 }
             }
         }
@@ -132,12 +131,12 @@ pub fn spans(
         let exit = || a.t_exit().total_cmp(&b.t_exit());
         a.t_enter().total_cmp(&b.t_enter()).then_with(exit)
     };
-    // Stable: equal ones stay in the order of their instances.
+    // The sort is stable: equal spans stay in the order of instances.
     spans.rows.sort_by(by_t);
     Ok(spans)
 }
 
-/// The line before one instance.
+/// A line and one instance.
 struct Ray<'s> {
     scene: &'s Tables,
     instance: Instance,
@@ -149,7 +148,7 @@ struct Ray<'s> {
 }
 
 impl Ray<'_> {
-    fn of_primitive(&self, shape: Shape, spans: &mut Vec<Span>) {
+    fn push_primitive_spans(&self, shape: Shape, spans: &mut Vec<Span>) {
         let Some(solid) = self.scene.solid(shape) else {
             return;
         };
@@ -166,7 +165,7 @@ impl Ray<'_> {
         );
     }
 
-    fn of_csg(&self, csg: &PreparedCsg, spans: &mut Vec<Span>, kernels: &mut Scratch) {
+    fn push_csg_spans(&self, csg: &PreparedCsg, spans: &mut Vec<Span>, scratch: &mut TraceScratch) {
         let solid = &csg.solid;
         let first = spans.len();
         let mut open = None;
@@ -174,7 +173,7 @@ impl Ray<'_> {
             csg,
             self.scene,
             (&self.line, f64::NEG_INFINITY),
-            kernels,
+            scratch,
             |crossing| {
                 let (number, triangle) = solid.operand_of(crossing.primitive & !TURNED);
                 let operand = &solid.operands[number as usize];
@@ -202,7 +201,7 @@ impl Ray<'_> {
                 ControlFlow::Continue(())
             },
         );
-        // It stays in what it does not come out of again.
+        // A solid that the line does not leave.
         if open.is_some() || (always && spans.len() == first) {
             spans.push(self.span(open, None));
         }
@@ -217,7 +216,7 @@ impl Ray<'_> {
         }
     }
 
-    /// `normal`: object space, any length.
+    /// Builds an end. `normal`: object space, of any length.
     fn end(&self, t: f64, shape: ShapeId, material: Option<MaterialId>, normal: DVec3) -> End {
         let map = &self.instance.object_from_world;
         let normal = unit(DVec3::from_array(map.transposed_vector(normal.to_array())));
@@ -226,7 +225,7 @@ impl Ray<'_> {
             shape,
             material: self.instance.material.or(material),
             point: self.org + self.dir * t,
-            // No zero below zero: these are read by people.
+            // Adding 0 turns −0 into 0 for output.
             normal: normal + DVec3::ZERO,
         }
     }

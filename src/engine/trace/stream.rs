@@ -1,46 +1,45 @@
-//! Rays without a common origin, as a stream: see [`crate::accel`]'s walk of
-//! sets of rays. A node's children, or a block's triangles, are in lanes.
+//! Streams: incoherent rays that share the fetching of nodes and blocks
+//! ([`crate::accel::WideBvh::walk_stream`]), with a node's children or a block's triangles in
+//! lanes.
 //!
-//! What incoherent rays want. The lanes only sort out: whatever passes goes to
-//! the same one-lane test as a packet's lane, so the answers are the same bits.
+//! The lanes only cull. Remaining triangles go to the same one-lane test as a packet's lane,
+//! so the answers have the same bits.
 
 use super::leaf::{Tester, Window};
 use super::nested::Level;
 use super::query::{HitId, Query};
 use super::ray_stream::{BlockPlanes, StreamRays};
 use super::rays::Rays;
-use super::solids::{Lanewise, Packets};
+use super::scratch::TraceScratch;
+use super::solids::{Packets, StreamPackets};
 use crate::accel::{Block, BoxRays, STREAM, StreamStack, TlasEntry, UNUSED, World};
-use crate::geom::{Certainty, Scratch};
+use crate::geom::Certainty;
 use crate::math::Affine;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::scene::{MeshId, Shape};
 use glam::DVec3;
 
-/// Scratch of one thread, reused from stream to stream.
+/// Rays and stacks of streams, reused from stream to stream.
 #[derive(Default)]
 pub(super) struct StreamScratch {
     world: StreamRays,
     pub object: StreamRays,
     top: StreamStack,
     pub mesh: StreamStack,
-    /// Of nested worlds: levels that are not in use.
+    /// Nested worlds: levels that are not in use.
     pub levels: Vec<Box<Level>>,
-    /// Of the primitives' kernels.
-    pub kernels: Scratch,
 }
 
-/// What is being tested: an entry, and its `object_from_world` where that is at
-/// hand.
+/// An entry that is being tested, with its `object_from_world` where that is at hand.
 #[derive(Clone, Copy)]
-pub(super) struct Met<'a> {
+pub(super) struct TestedInstance<'a> {
     pub entry: &'a TlasEntry,
     pub map: Option<&'a Affine>,
 }
 
-impl<'a> Met<'a> {
-    pub fn new(entry: &'a TlasEntry) -> Met<'a> {
-        Met { entry, map: None }
+impl<'a> TestedInstance<'a> {
+    pub fn new(entry: &'a TlasEntry) -> TestedInstance<'a> {
+        TestedInstance { entry, map: None }
     }
 }
 
@@ -52,13 +51,17 @@ pub(super) struct Stream<'a> {
 }
 
 impl Stream<'_> {
-    /// The rays as packets.
-    pub fn lanewise<L: Lanes, const S: usize>(&self) -> Lanewise<'_, L, S> {
-        Lanewise {
+    /// Returns the rays as packets for tests of single primitives.
+    pub fn packets<'s, L: Lanes, const S: usize>(
+        &'s self,
+        scratch: &'s mut TraceScratch,
+    ) -> StreamPackets<'s, L, S> {
+        StreamPackets {
             world: self.world,
             rays: self.rays,
             first: self.first,
             packets: Packets::none(),
+            scratch,
         }
     }
 
@@ -77,49 +80,49 @@ impl Stream<'_> {
         self.rays.t_min[self.first + i]
     }
 
-    /// Everything in the world. `active`: the rays that are still asking.
+    /// Traces the `active` rays through a flat world.
     #[inline(always)]
     pub fn trace<L: Lanes, const S: usize, C: Certainty, Q: Query<L::Single>>(
         &self,
         active: u64,
         queries: &mut [Q; STREAM],
-        scratch: &mut StreamScratch,
+        walk: &mut StreamScratch,
+        scratch: &mut TraceScratch,
     ) {
         let world = self.world;
-        let mut solids = self.lanewise::<L, S>();
+        let mut solids = self.packets::<L, S>(scratch);
         for entry in world.unbounded_solids() {
-            solids.meet::<C, Q>(entry, None, active, queries, &mut scratch.kernels);
+            solids.meet::<C, Q>(entry, None, active, queries);
         }
         for (entry, id) in world.unbounded_meshes() {
-            self.mesh_alone::<L::Single, C, Q>(entry, id, active, queries, scratch);
+            self.mesh_alone::<L::Single, C, Q>(entry, id, active, queries, walk, solids.scratch);
         }
         let Some(levels) = world.wide() else { return };
-        // A tree of one box says no more than a kernel does; of what takes long to ask, it
-        // had better.
+        // The box of a single primitive is not worth testing, unless the primitive is
+        // expensive.
         if let [only] = &world.entries[..]
             && !matches!(only.shape, Shape::Mesh(_) | Shape::Csg(_))
         {
             let mut open = 0;
-            each(active, |i| {
+            for_each_bit(active, |i| {
                 open |= u64::from(limit(&queries[i]) >= 0.0) << i;
             });
-            return solids.meet::<C, Q>(only, None, open, queries, &mut scratch.kernels);
+            return solids.meet::<C, Q>(only, None, open, queries);
         }
         let StreamScratch {
             world: stream_rays,
             object,
             top,
             mesh: stack,
-            kernels,
             ..
-        } = scratch;
+        } = walk;
         let ray = |i: usize| {
             let org = DVec3::from_array(self.org(i)) - world.center;
             (org.to_array(), self.dir(i), self.t_min(i))
         };
-        stream_rays.take_in(active, ray, &levels.tlas.bounds, true);
+        stream_rays.load(active, ray, &levels.tlas.bounds, true);
         let mut open = 0;
-        each(active, |i| {
+        for_each_bit(active, |i| {
             let limit = limit(&queries[i]);
             stream_rays.boxes.limit[i] = limit;
             open |= u64::from(limit >= 0.0) << i;
@@ -133,28 +136,35 @@ impl Stream<'_> {
             |boxes, first, count, mut set| {
                 let mut done = 0;
                 for entry in &world.entries[first..first + count] {
-                    let met = Met::new(entry);
+                    let met = TestedInstance::new(entry);
                     match entry.shape {
                         Shape::Mesh(id) => {
                             if entry.placed {
+                                let walk = (&mut *object, &mut *stack);
                                 self.placed_mesh::<L::Single, C, Q>(
-                                    met, id, set, queries, object, stack,
+                                    met,
+                                    id,
+                                    set,
+                                    queries,
+                                    walk,
+                                    solids.scratch,
                                 );
                             } else {
                                 stream_rays.boxes.limit = boxes.limit;
+                                let walk = (&mut *stream_rays, &mut *stack);
                                 self.in_mesh::<L::Single, C, Q>(
                                     met,
                                     id,
                                     set,
                                     queries,
-                                    stream_rays,
-                                    stack,
+                                    walk,
+                                    solids.scratch,
                                 );
                             }
                         }
-                        _ => solids.meet::<C, Q>(entry, None, set, queries, kernels),
+                        _ => solids.meet::<C, Q>(entry, None, set, queries),
                     }
-                    each(set, |i| {
+                    for_each_bit(set, |i| {
                         boxes.limit[i] = limit(&queries[i]);
                         done |= u64::from(boxes.limit[i] < 0.0) << i;
                     });
@@ -168,16 +178,16 @@ impl Stream<'_> {
         );
     }
 
-    /// A mesh in a space of its own: the same rays there.
+    /// Traces a placed mesh with the rays in its space.
     #[inline(never)]
     pub fn placed_mesh<L: Lanes, C: Certainty, Q: Query<L>>(
         &self,
-        met: Met,
+        met: TestedInstance,
         id: MeshId,
         set: u64,
         queries: &mut [Q; STREAM],
-        stream_rays: &mut StreamRays,
-        stack: &mut StreamStack,
+        (stream_rays, stack): (&mut StreamRays, &mut StreamStack),
+        scratch: &mut TraceScratch,
     ) {
         let world = self.world;
         let Some(mesh) = world.wide_mesh(id) else {
@@ -185,7 +195,7 @@ impl Stream<'_> {
         };
         let look_up = || world.object_from_world(met.entry.instance);
         let map = met.map.copied().unwrap_or_else(look_up);
-        let met = Met {
+        let met = TestedInstance {
             map: Some(&map),
             ..met
         };
@@ -194,44 +204,45 @@ impl Stream<'_> {
             let org = DVec3::from_array(map.point(self.org(i))) - center;
             (org.to_array(), map.vector(self.dir(i)), self.t_min(i))
         };
-        stream_rays.take_in(set, ray, &mesh.tree.bounds, true);
-        each(set, |i| stream_rays.boxes.limit[i] = limit(&queries[i]));
-        self.in_mesh::<L, C, Q>(met, id, set, queries, stream_rays, stack);
+        stream_rays.load(set, ray, &mesh.tree.bounds, true);
+        for_each_bit(set, |i| stream_rays.boxes.limit[i] = limit(&queries[i]));
+        self.in_mesh::<L, C, Q>(met, id, set, queries, (stream_rays, stack), scratch);
     }
 
-    /// A mesh, for rays that meet everything else otherwise.
+    /// Traces a single mesh, for rays that are traced otherwise through the rest of the world.
     pub fn mesh_alone<L: Lanes, C: Certainty, Q: Query<L>>(
         &self,
         entry: &TlasEntry,
         id: MeshId,
         set: u64,
         queries: &mut [Q; STREAM],
-        scratch: &mut StreamScratch,
+        walk: &mut StreamScratch,
+        scratch: &mut TraceScratch,
     ) {
-        let StreamScratch { object, mesh, .. } = scratch;
-        let (met, stack) = (Met::new(entry), mesh);
+        let StreamScratch { object, mesh, .. } = walk;
+        let (met, stack) = (TestedInstance::new(entry), mesh);
         if entry.placed {
-            return self.placed_mesh::<L, C, Q>(met, id, set, queries, object, stack);
+            return self.placed_mesh::<L, C, Q>(met, id, set, queries, (object, stack), scratch);
         }
         let Some(mesh) = self.world.wide_mesh(id) else {
             return;
         };
         let ray = |i: usize| (self.org(i), self.dir(i), self.t_min(i));
-        object.take_in(set, ray, &mesh.tree.bounds, true);
-        each(set, |i| object.boxes.limit[i] = limit(&queries[i]));
-        self.in_mesh::<L, C, Q>(met, id, set, queries, object, stack);
+        object.load(set, ray, &mesh.tree.bounds, true);
+        for_each_bit(set, |i| object.boxes.limit[i] = limit(&queries[i]));
+        self.in_mesh::<L, C, Q>(met, id, set, queries, (object, stack), scratch);
     }
 
-    /// A mesh through its own tree. `stream_rays`: the rays in its space.
+    /// Traces a mesh's tree; `stream_rays` are the rays in its space.
     #[inline(never)]
     fn in_mesh<L: Lanes, C: Certainty, Q: Query<L>>(
         &self,
-        met: Met,
+        met: TestedInstance,
         id: MeshId,
         set: u64,
         queries: &mut [Q; STREAM],
-        stream_rays: &mut StreamRays,
-        stack: &mut StreamStack,
+        (stream_rays, stack): (&mut StreamRays, &mut StreamStack),
+        scratch: &mut TraceScratch,
     ) {
         let Some(mesh) = self.world.wide_mesh(id) else {
             return;
@@ -240,23 +251,23 @@ impl Stream<'_> {
             boxes,
             triangle_rays,
         } = stream_rays;
-        // By ray; read only where `some` and `sures` say that they are set.
+        // Sets of triangles by ray, valid for the rays in `some` and `sures`.
         let (mut bits, mut sure) = ([0; STREAM], [0; STREAM]);
         let leaf = |boxes: &mut BoxRays, first: usize, count: usize, set: u64| {
             let mut done = 0;
             for number in first..first + count {
                 let block = mesh.blocks.get(number);
-                // Sorting out all rays first keeps hits, which nobody can
-                // predict, out of a loop that the processor looks ahead in.
-                let faces = BlockPlanes::new(block, C::GUARDED);
+                // All rays are culled first: hits are unpredictable branches, and are kept
+                // out of this loop.
+                let planes = BlockPlanes::new(block, C::GUARDED);
                 let (mut some, mut sures) = (0, 0);
-                each(set & !done, |i| {
+                for_each_bit(set & !done, |i| {
                     let sighted = if C::DOUBTS_ALL {
                         [u32::MAX, 0]
                     } else if C::GUARDED {
-                        triangle_rays.may_meet(i, &faces, boxes.limit[i])
+                        triangle_rays.may_meet(i, &planes, boxes.limit[i])
                     } else {
-                        triangle_rays.meets(i, &faces, boxes.limit[i])
+                        triangle_rays.meets(i, &planes, boxes.limit[i])
                     };
                     bits[i] = sighted[0];
                     some |= u64::from(bits[i] != 0) << i;
@@ -265,7 +276,7 @@ impl Stream<'_> {
                         sures |= u64::from(sure[i] != 0) << i;
                     }
                 });
-                each(sures, |i| {
+                for_each_bit(sures, |i| {
                     let slot = sure[i].trailing_zeros() as usize;
                     let id = HitId {
                         instance: met.entry.instance,
@@ -275,9 +286,9 @@ impl Stream<'_> {
                     boxes.limit[i] = -1.0;
                 });
                 done |= sures;
-                each(some & !sures, |i| {
+                for_each_bit(some & !sures, |i| {
                     let query = &mut queries[i];
-                    self.offer::<L, C, Q>(i, met, id, block, bits[i], query);
+                    self.offer::<L, C, Q>(i, met, id, (block, bits[i]), query, scratch);
                     boxes.limit[i] = limit(query);
                     done |= u64::from(Q::ANY && boxes.limit[i] < 0.0) << i;
                 });
@@ -294,24 +305,24 @@ impl Stream<'_> {
         }
     }
 
-    /// Tests some triangles of a block for good.
+    /// Tests one ray against triangles of a block that passed the culling.
     #[inline(never)]
     fn offer<L: Lanes, C: Certainty, Q: Query<L>>(
         &self,
         i: usize,
-        Met { entry, map }: Met,
+        TestedInstance { entry, map }: TestedInstance,
         id: MeshId,
-        block: Block,
-        mut bits: u32,
+        (block, mut bits): (Block, u32),
         query: &mut Q,
+        scratch: &mut TraceScratch,
     ) {
-        // Guarded hits are as they are, whatever the boxes say.
+        // Guarded hits do not depend on boxes.
         let packet = if C::GUARDED {
             self.rays.open_packet::<L>(self.first + i)
         } else {
             self.rays.packet::<L>(self.first + i, self.world)
         };
-        let tester = Tester::<L, C>::new(self.world, &packet).with_map(map);
+        let mut tester = Tester::<L, C>::new(self.world, &packet, scratch).with_map(map);
         let object = tester.mesh_packet(entry, id);
         let active = L::Mask::splat(true);
         let (window, active) = if C::GUARDED {
@@ -334,9 +345,9 @@ impl Stream<'_> {
     }
 }
 
-/// Calls `f` for every member of a set, rising.
+/// Calls `f` for every bit of a set, in rising order.
 #[inline(always)]
-pub(super) fn each(mut set: u64, mut f: impl FnMut(usize)) {
+pub(super) fn for_each_bit(mut set: u64, mut f: impl FnMut(usize)) {
     while set != 0 {
         let i = set.trailing_zeros() as usize % STREAM;
         set &= set - 1;
@@ -344,7 +355,7 @@ pub(super) fn each(mut set: u64, mut f: impl FnMut(usize)) {
     }
 }
 
-/// The query's limit.
+/// Returns the limit of a query of one ray.
 #[inline(always)]
 pub(super) fn limit<L: Lanes, Q: Query<L>>(query: &Q) -> f32 {
     query.limit().lane(0).to_f64() as f32

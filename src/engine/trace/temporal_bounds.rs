@@ -1,17 +1,13 @@
-//! Closest hits of rays that have been traced before: a frame ago, when most of
-//! the world was where it is now.
+//! Temporal bounds: closest hits with upper bounds of t from the frame before.
 //!
-//! What the ray met then bounds t from the start, so that the walk leaves out
-//! what lies behind. It is never an answer by itself. A first pass traces every
-//! ray with its bound for a limit. What it finds before a ray's bound is the
-//! nearest hit: kernels decide (ray, primitive) pairs whatever the limit, and a
-//! limit only leaves out what lies beyond it. A ray that finds nothing had a
-//! bound that was wrong; its tile is traced again, that ray without a bound. So
-//! the bits are those of a cold query whatever is guessed. Checked by
-//! tests/structures/frames.rs.
+//! A bound limits the ray from the start, so that the walk culls what lies behind it; it is
+//! never an answer by itself. A first pass traces every ray up to its bound. A hit found there
+//! is the closest one, since kernels decide a (ray, primitive) pair independently of the
+//! limit. A ray without a hit had a wrong bound: its tile is traced again, that ray without a
+//! bound. So hits have the bits of a query without bounds (tests/structures/frames.rs).
 //!
-//! The bound comes from the same primitive, met where it is now, or from the
-//! depths of the ray's tile a frame ago: docs/COHERENCE.md compares the two.
+//! The bound comes from the primitive of the last hit, tested where it is now, or from the
+//! depths of the ray's tile in the last frame.
 
 use super::batch::closest;
 use super::hits::{Depths, HitIds, Hits};
@@ -19,24 +15,24 @@ use super::leaf::Tester;
 use super::packet::Packet;
 use super::query::{Closest, HitId};
 use super::rays::{MAX_LANES, Rays};
+use super::scratch::TraceScratch;
 use crate::accel::World;
-use crate::geom::{Fast, Scratch};
+use crate::geom::Fast;
 use crate::math::round_up;
 use crate::plan::Kernels;
 use serde::Serialize;
 use std::ops::Range;
 
-/// What a ray takes over from the frame before.
+/// Source of temporal bounds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Reuse {
     /// Nothing.
     #[default]
     None,
-    /// The primitive: met anew, its t is the bound.
+    /// The primitive of the last hit: its t now is the bound.
     Hit,
-    /// The largest t of its tile, where all rays met something: a little more is the
-    /// bound.
+    /// The largest t of the ray's tile in the last frame, if all its rays had hits.
     Depth,
 }
 
@@ -44,7 +40,7 @@ impl Reuse {
     pub const ALL: [Reuse; 3] = [Reuse::None, Reuse::Hit, Reuse::Depth];
 
     /// Chooses for a scene that [places meshes](crate::plan::places_meshes), or not: these
-    /// cost enough for bounds to pay (docs/COHERENCE.md).
+    /// cost enough for bounds to pay (docs/results/frames.md).
     pub fn that_pays(places_meshes: bool) -> Reuse {
         if places_meshes {
             Reuse::Depth
@@ -53,7 +49,7 @@ impl Reuse {
         }
     }
 
-    /// As it is written on the command line.
+    /// Returns the name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Reuse::None => "none",
@@ -63,14 +59,14 @@ impl Reuse {
     }
 }
 
-/// What came of the temporal_bounds.
+/// Counts of rays with temporal bounds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct TemporalCounts {
     /// Rays that had a bound.
     pub bounded: u64,
-    /// Of these, rays with nothing before their bound.
+    /// Of these, rays without a hit before their bound.
     pub lost: u64,
-    /// Rays traced a second time: all of the lost rays' tiles.
+    /// Rays traced a second time: all rays of the lost rays' tiles.
     pub retraced: u64,
 }
 
@@ -82,35 +78,36 @@ impl TemporalCounts {
     }
 }
 
-/// By how much a bound lies beyond the t that it comes from. In f32 a tile compares
-/// depths, which are t's only up to their rounding: of triangles seen edge-on that
-/// is many times the rounding of t, and no bound may come near it. Besides, a tile
-/// that is traced twice has lost more than close bounds save.
+/// Factor of a bound over the t that it comes from. Beams compare depths in f32, whose error
+/// on triangles seen edge-on is many roundings of t, and no bound may come that near.
+/// Besides, a tile that is traced twice loses more than close bounds save.
 const MARGIN: f64 = 1.0 + 1.0 / 16.0;
 
-/// Frames that a tile goes without bounds once one was wrong: where things pass
-/// before each other, bounds are wrong frame after frame.
+/// Number of frames that a tile goes without bounds after a wrong one: where objects pass in
+/// front of each other, bounds are wrong in consecutive frames.
 const PAUSE: u8 = 8;
 
-/// What rays met a frame ago, by tile of [`MAX_LANES`] rays. 5 bytes a tile; with
-/// [`Reuse::Hit`] also 16 bytes a ray.
+/// Hits of the last frame by tile of [`MAX_LANES`] rays: 5 bytes per tile, and 12 bytes per
+/// ray with [`Reuse::Hit`].
 #[derive(Clone, Debug, Default)]
 pub struct TemporalBounds {
     reuse: Reuse,
-    /// The bound of all rays; infinite where one of them met nothing. A tile with
-    /// such a ray is walked to the end anyway, and it lies at an outline, where
-    /// bounds are wrong as soon as something moves.
+    /// Bound of a tile's rays; infinite if one of them had no hit. Such a tile is traversed
+    /// to the end anyway, and it lies at a silhouette, where bounds become wrong as soon as
+    /// something moves.
     depth: Vec<f32>,
+    /// Frames that a tile still goes without bounds.
     pause: Vec<u8>,
-    /// By ray.
+    /// Last hits by ray.
     id: HitIds,
-    /// Scratch: limits by ray, and by tile the rays that have a bound.
+    /// Buffer: limits by ray.
     bounds: Vec<f32>,
+    /// Buffer: by tile, the rays with a bound.
     bounded: Vec<u64>,
 }
 
 impl TemporalBounds {
-    /// Of a sequence that has not begun.
+    /// Bounds of a sequence that has not begun.
     pub fn new(reuse: Reuse) -> TemporalBounds {
         TemporalBounds {
             reuse,
@@ -118,8 +115,8 @@ impl TemporalBounds {
         }
     }
 
-    /// [`closest`], with temporal_bounds. `first`: number of the first of these rays among
-    /// all of a frame, at a whole multiple of [`MAX_LANES`].
+    /// [`closest`] with temporal bounds. `first`: number of the first ray in the frame, a
+    /// multiple of [`MAX_LANES`].
     pub fn closest(
         &mut self,
         world: &World,
@@ -127,9 +124,10 @@ impl TemporalBounds {
         rays: &Rays,
         first: usize,
         hits: &mut Hits,
+        scratch: &mut TraceScratch,
     ) -> TemporalCounts {
         if self.reuse == Reuse::None {
-            closest(world, kernels, rays, hits);
+            closest(world, kernels, rays, hits, scratch);
             return TemporalCounts::default();
         }
         let mut counts = TemporalCounts::default();
@@ -145,7 +143,7 @@ impl TemporalBounds {
         self.bounds.extend_from_slice(rays.t_max);
         self.bounded.clear();
         for (tile, number) in tiles.clone().enumerate() {
-            let bounded = self.bound(world, rays, tile * MAX_LANES, number);
+            let bounded = self.bound(world, rays, tile * MAX_LANES, number, scratch);
             counts.bounded += u64::from(bounded.count_ones());
             self.bounded.push(bounded);
         }
@@ -153,9 +151,9 @@ impl TemporalBounds {
             t_max: &self.bounds,
             ..*rays
         };
-        closest(world, kernels, &bounded, hits);
+        closest(world, kernels, &bounded, hits, scratch);
 
-        // Tiles that follow each other are traced again together.
+        // Consecutive tiles are traced again together.
         let mut again = 0..0;
         for (tile, number) in tiles.clone().enumerate() {
             let rows = tile * MAX_LANES..(tile + 1) * MAX_LANES;
@@ -171,7 +169,7 @@ impl TemporalBounds {
             let t_max = &rays.t_max[rows.clone()];
             counts.retraced += t_max.iter().filter(|t| **t > 0.0).count() as u64;
             self.pause[number] = PAUSE;
-            // The others find again what they found, before the same bounds.
+            // The other rays find the same hits before the same bounds.
             for i in rows.clone() {
                 let is_lost = hits.id.get(i) == HitId::NONE;
                 self.bounds[i] = if is_lost {
@@ -181,31 +179,37 @@ impl TemporalBounds {
                 };
             }
             if again.end != rows.start {
-                self.retrace(world, kernels, rays, again, hits);
+                self.retrace((world, kernels), rays, again, hits, scratch);
                 again = rows.start..rows.start;
             }
             again.end = rows.end;
         }
-        self.retrace(world, kernels, rays, again, hits);
+        self.retrace((world, kernels), rays, again, hits, scratch);
         for (tile, number) in tiles.enumerate() {
             self.remember(rays, hits, tile * MAX_LANES, number);
         }
         counts
     }
 
-    /// Bounds the rays of a tile; which.
+    /// Sets the bounds of a tile's rays. Returns the rays that got one.
     #[inline(always)]
-    fn bound(&mut self, world: &World, rays: &Rays, row: usize, number: usize) -> u64 {
+    fn bound(
+        &mut self,
+        world: &World,
+        rays: &Rays,
+        row: usize,
+        number: usize,
+        scratch: &mut TraceScratch,
+    ) -> u64 {
         if self.pause[number] > 0 {
             self.pause[number] -= 1;
             return 0;
         }
         let mut bound = [self.depth[number]; MAX_LANES];
-        let mut kernels = Scratch::default();
         if self.reuse == Reuse::Hit {
             for (i, bound) in bound.iter_mut().enumerate() {
                 let id = self.id.get(number * MAX_LANES + i);
-                *bound = again(world, rays, row + i, id, &mut kernels);
+                *bound = again(world, rays, row + i, id, scratch);
             }
         } else if bound[0] == f32::INFINITY {
             return 0;
@@ -220,13 +224,14 @@ impl TemporalBounds {
         bounded
     }
 
+    /// Traces some rows again.
     fn retrace(
         &self,
-        world: &World,
-        kernels: &Kernels,
+        (world, kernels): (&World, &Kernels),
         rays: &Rays,
         rows: Range<usize>,
         hits: &mut Hits,
+        scratch: &mut TraceScratch,
     ) {
         if rows.is_empty() {
             return;
@@ -235,9 +240,10 @@ impl TemporalBounds {
             t_max: &self.bounds[rows.clone()],
             ..rays.rows(rows.clone())
         };
-        closest(world, kernels, &rays, &mut hits.rows(rows));
+        closest(world, kernels, &rays, &mut hits.rows(rows), scratch);
     }
 
+    /// Stores a tile's hits for the next frame.
     #[inline(always)]
     fn remember(&mut self, rays: &Rays, hits: &Hits, row: usize, number: usize) {
         let rows = row..row + MAX_LANES;
@@ -264,10 +270,10 @@ impl TemporalBounds {
     }
 }
 
-/// The largest t of the rays that are alive.
+/// Returns the largest t of the live rays.
 #[inline(always)]
 fn deepest<X: Copy + Into<f64>>(t: &[X], t_max: &[f32]) -> f64 {
-    // As many at a time as registers hold.
+    // Lanes of one register.
     const RUN: usize = 8;
     let mut deepest = [0.0_f64; RUN];
     for (t, t_max) in t.chunks_exact(RUN).zip(t_max.chunks_exact(RUN)) {
@@ -280,25 +286,24 @@ fn deepest<X: Copy + Into<f64>>(t: &[X], t_max: &[f32]) -> f64 {
     deepest.into_iter().fold(0.0, f64::max)
 }
 
-/// The rays of a tile that have met anything.
+/// Returns the rays of a tile with a hit.
 #[inline(always)]
 fn met(hits: &Hits, row: usize) -> u64 {
-    // One half of an id tells.
+    // The instance id suffices.
     let instance = &hits.id.instance[row..row + MAX_LANES];
     let bit = |i: usize| u64::from(instance[i] != HitId::NONE.instance) << i;
     (0..MAX_LANES).fold(0, |met, i| met | bit(i))
 }
 
-/// The bound of a ray that may meet what it met before; nothing of the answer
-/// rests on it.
+/// Tests a ray against the primitive of its last hit, and returns the bound. It may be wrong.
 #[inline(never)]
-fn again(world: &World, rays: &Rays, i: usize, id: HitId, kernels: &mut Scratch) -> f32 {
+fn again(world: &World, rays: &Rays, i: usize, id: HitId, scratch: &mut TraceScratch) -> f32 {
     if id == HitId::NONE || rays.t_max[i] <= 0.0 {
         return f32::INFINITY;
     }
     let packet: Packet<f32> = rays.packet(i, world);
     let mut nearest = Closest::<f32, Fast>::new(f32::INFINITY);
-    Tester::<f32, Fast>::new(world, &packet).single(id, &mut nearest, kernels);
+    Tester::<f32, Fast>::new(world, &packet, scratch).single(id, &mut nearest);
     match nearest.id(0) {
         HitId::NONE => f32::INFINITY,
         _ => round_up(nearest.t(0) * MARGIN),

@@ -1,25 +1,26 @@
-//! Triangles at random, of all sizes and from all distances.
+//! Random cases of triangles and rays, of all sizes and distances.
 
 use crate::accel::{Apart, WIDE};
 use crate::geom::triangle::{Corners, canonical};
 use crate::math::Aabb32;
 use crate::trace::test_random::Random;
 
-/// Rays of a case.
+/// Number of rays of a case.
 pub const RAYS: usize = 64;
 
-/// A block's triangles, and where rays are to pass.
+/// A block of triangles, and targets of rays.
 pub struct Case {
     pub corners: [Corners; WIDE],
     pub bounds: Aabb32,
-    /// On edges, at corners, inside, and beside.
+    /// Points on edges, at corners, inside, and beside triangles.
     pub targets: [[f64; 3]; RAYS],
-    /// From which the rays come, and how far away they begin.
     pub dir: [f64; 3],
+    /// Distance of the rays' origin.
     pub distance: f64,
 }
 
 impl Case {
+    /// Makes a random case.
     pub fn some(random: &mut Random) -> Case {
         let edge = random.size(-6.0, 0.0);
         let off_centre = random.size(-1.0, 1.0);
@@ -51,7 +52,7 @@ impl Case {
                 _ => around(random, spread),
             }
         });
-        // Of a mesh of some extent, as flat as its triangles or not.
+        // The mesh's box is larger than the triangles, or not.
         let mut bounds = Aabb32 {
             min: corners[0][0],
             max: corners[0][0],
@@ -76,6 +77,7 @@ impl Case {
         }
     }
 
+    /// Returns the triangles as a block.
     pub fn block(&self) -> Apart {
         let mut block = Apart {
             corner: [[[0.0; WIDE]; 3]; 3],
@@ -92,7 +94,7 @@ impl Case {
     }
 }
 
-/// How many cases are asked.
+/// Returns the number of cases to test.
 pub fn count() -> usize {
     let set = std::env::var("LANECAST_CASES").ok();
     let pairs: usize = set.and_then(|n| n.parse().ok()).unwrap_or(1_000_000);

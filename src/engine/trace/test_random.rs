@@ -1,4 +1,4 @@
-//! Random numbers for tests: a seed's are always the same.
+//! Reproducible random numbers for tests.
 
 /// Vigna's SplitMix64.
 pub struct Random(pub u64);
@@ -11,7 +11,7 @@ impl Random {
         x ^ x >> 31
     }
 
-    /// In [−1, 1).
+    /// Returns a number in [−1, 1).
     pub fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
@@ -24,7 +24,7 @@ impl Random {
         [self.unit(), self.unit(), self.unit()]
     }
 
-    /// 10 to a power in [low, high).
+    /// Returns 10 to a random power in [low, high).
     pub fn size(&mut self, low: f64, high: f64) -> f64 {
         10.0_f64.powf(low + (high - low) * (0.5 + 0.5 * self.unit()))
     }

@@ -7,8 +7,8 @@ use crate::plan::{Kernels, Precision};
 use crate::reference::{Hit, Reference};
 use crate::shade::Surface;
 use crate::trace::{
-    Caching, Depths, HitId, HitIds, Hits, MAX_LANES, Rays, ShadowCache, Vectors, any, closest,
-    decided,
+    Caching, Depths, HitId, HitIds, Hits, MAX_LANES, Rays, ShadowCache, TraceScratch, Vectors, any,
+    closest,
 };
 use rayon::prelude::*;
 use serde::Serialize;
@@ -132,18 +132,19 @@ fn trace(world: &World, kernels: &Kernels, truth: &Truth) -> Answers {
         escalated: 0,
         seconds: f64::INFINITY,
     };
+    let scratch = &mut TraceScratch::default();
     for run in 0..RUNS {
-        let (before, start) = (decided(), Instant::now());
+        let start = Instant::now();
         let mut hits = Hits {
             t: Depths::Double(&mut answers.t),
             id: answers.id.columns(),
         };
-        closest(world, kernels, &rays, &mut hits);
+        closest(world, kernels, &rays, &mut hits, scratch);
         let cache = &mut ShadowCache::new(Caching::On);
-        any(world, kernels, &rays, cache, &mut answers.blocked);
+        any(world, kernels, &rays, cache, &mut answers.blocked, scratch);
         answers.seconds = answers.seconds.min(start.elapsed().as_secs_f64());
         if run == 0 {
-            answers.escalated = decided() - before;
+            answers.escalated = scratch.decided;
         }
     }
     answers

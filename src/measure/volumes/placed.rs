@@ -1,13 +1,12 @@
 //! Solids placed in the world, and the spans of lines inside them.
 
 use crate::accel::{MeshCrossingTrees, PreparedCsg};
-use crate::geom::Scratch;
 use crate::geom::exact::{Line, Root, span};
 use crate::geom::primitive::Boundaries;
 use crate::math::bounds::{ErrorBounded, UNIT};
 use crate::math::{Aabb, Affine};
 use crate::scene::{Scene, Shape, ShapeId, check_closed, shape_bounds};
-use crate::trace::boundaries;
+use crate::trace::{TraceScratch, boundaries};
 use glam::DVec3;
 use std::ops::ControlFlow;
 
@@ -82,7 +81,7 @@ impl<'a> Placed<'a> {
         &self,
         org: DVec3,
         dir: DVec3,
-        kernels: &mut Scratch,
+        scratch: &mut TraceScratch,
         mut part: impl FnMut(f64, f64, f64),
     ) {
         let line = Line {
@@ -114,8 +113,8 @@ impl<'a> Placed<'a> {
             return;
         };
         let mut since = None;
-        let from = (&line, f64::NEG_INFINITY);
-        boundaries(csg, self.scene, from, kernels, |change| {
+        let whole = (&line, f64::NEG_INFINITY);
+        boundaries(csg, self.scene, whole, scratch, |change| {
             let t = place(&change.root);
             if change.enters {
                 since = Some(t);

@@ -10,7 +10,7 @@ use crate::shade::hit_buffer::HitBuffer;
 use crate::shade::light::{LightSample, shadow_dirs, shadow_t_max};
 use crate::shade::ray_queue::{BATCH, RayQueue};
 use crate::shade::statistics::{Statistics, record_ray};
-use crate::trace::{Outcome, RayKind, ShadowCache, any};
+use crate::trace::{Outcome, RayKind, ShadowCache, TraceScratch, any};
 use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;
 
@@ -85,7 +85,7 @@ impl Integrator<'_> {
         &self,
         (queue, depth): (&RayQueue, u32),
         buffer: &HitBuffer,
-        shadows: &mut ShadowRays,
+        (shadows, trace): (&mut ShadowRays, &mut TraceScratch),
         cache: &mut ShadowCache,
         film: &mut [Rgb],
         statistics: &mut Statistics,
@@ -98,7 +98,7 @@ impl Integrator<'_> {
         } = shadows;
         let batch = rays.padded_rays(0);
         blocked.resize(batch.len(), false);
-        any(self.world, &self.kernels, &batch, cache, blocked);
+        any(self.world, &self.kernels, &batch, cache, blocked, trace);
         let blocked = &blocked[..rays.len()];
         statistics.counts.shadow += blocked.len() as u64;
         statistics.counts.shadow_occluded += blocked.iter().filter(|b| **b).count() as u64;

@@ -5,6 +5,7 @@ use lanecast::internals::accel::{Structure, World};
 use lanecast::internals::geom::{Cone, Cylinder, Ellipsoid, HalfSpace, Quadric};
 use lanecast::internals::measure::adversarial::*;
 use lanecast::internals::plan::{Kernels, Precision};
+use lanecast::internals::trace::ScratchPool;
 
 const COUNT: usize = 4000;
 
@@ -137,7 +138,8 @@ fn of_every_kind_aimed_rays_are_hard_for_f32() {
                 precision,
                 lanes: 1,
             };
-            trace_aimed(&world, &kernels, &rays, 0, &Progress::default()).unwrap()
+            let scratch = ScratchPool::default();
+            trace_aimed(&world, &kernels, &rays, 0, &scratch, &Progress::default()).unwrap()
         };
         let fast = rows(Precision::Fast);
         assert_eq!(fast.len(), 2 * rays.len());

@@ -70,6 +70,17 @@ impl AnyIndex {
         }
     }
 
+    /// Whether scratch is of the kind that this structure is walked with.
+    pub fn suits<L: Lanes>(&self, scratch: &AnyScratch<L>) -> bool {
+        use AnyScratch as S;
+        match self {
+            AnyIndex::Bvh4(_) => matches!(scratch, S::Bvh4(_)),
+            AnyIndex::Kd(_) => matches!(scratch, S::Kd(_)),
+            AnyIndex::Grid(_) => matches!(scratch, S::Grid(_)),
+            AnyIndex::Heap(_) | AnyIndex::HeapSpheres(_) => matches!(scratch, S::Heap(_)),
+        }
+    }
+
     /// As [`Index::walk`], with the [scratch](AnyIndex::scratch) of a structure of this kind.
     pub fn walk<L: Lanes>(
         &self,

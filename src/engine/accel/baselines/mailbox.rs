@@ -1,59 +1,39 @@
-//! Mailboxes ( Amanatides and Woo 1987): a primitive that stands in many
-//! cells is tested once per packet.
-//!
-//! A stamp per entry holds the number of the last walk that met it. Numbers go
-//! on from walk to walk, whatever structure is walked, so nothing is cleared
-//! between packets. Each thread keeps its stamps from batch to batch.
+//! Mailboxes (Amanatides and Woo 1987): a primitive that several cells name is tested
+//! once per packet.
 
-use std::cell::RefCell;
-
-thread_local! {
-    static KEPT: RefCell<Vec<Stamps>> = const { RefCell::new(Vec::new()) };
-}
-
+/// Stamps of the walks that last tested each entry.
+///
+/// Numbers of walks go on rising whatever structure is walked, so nothing is cleared
+/// between packets. A mailbox that is reused costs no memory after its first walk.
 #[derive(Default)]
-struct Stamps {
-    of: Vec<u32>,
+pub struct Mailbox {
+    /// By entry: number of the last walk that has tested it.
+    stamps: Vec<u32>,
+    /// Number of the current walk, from 1 on.
     walk: u32,
 }
 
-/// Borrowed from the thread for as long as it lives.
-pub struct Mailbox(Stamps);
-
-impl Default for Mailbox {
-    fn default() -> Mailbox {
-        Mailbox(KEPT.with_borrow_mut(Vec::pop).unwrap_or_default())
-    }
-}
-
-impl Drop for Mailbox {
-    fn drop(&mut self) {
-        let stamps = std::mem::take(&mut self.0);
-        KEPT.with_borrow_mut(|kept| kept.push(stamps));
-    }
-}
-
 impl Mailbox {
-    /// Begins a walk over so many entries, of which none has been met.
+    /// Begins a walk over so many entries, none of which has been tested.
     #[inline(always)]
     pub fn begin(&mut self, entries: usize) {
-        let Stamps { of, walk } = &mut self.0;
-        if of.len() < entries {
-            of.resize(entries, 0);
+        let Mailbox { stamps, walk } = self;
+        if stamps.len() < entries {
+            stamps.resize(entries, 0);
         }
         if *walk == u32::MAX {
-            of.fill(0);
+            stamps.fill(0);
             *walk = 0;
         }
         *walk += 1;
     }
 
-    /// Whether this walk meets the entry for the first time.
+    /// Stamps an entry and returns whether this walk had not tested it yet.
     #[inline(always)]
     pub fn first(&mut self, entry: usize) -> bool {
-        let stamp = &mut self.0.of[entry];
-        let new = *stamp != self.0.walk;
-        *stamp = self.0.walk;
+        let stamp = &mut self.stamps[entry];
+        let new = *stamp != self.walk;
+        *stamp = self.walk;
         new
     }
 }
@@ -65,13 +45,12 @@ mod tests {
     #[test]
     fn once_per_walk() {
         let mut mailbox = Mailbox::default();
-        mailbox.0 = Stamps::default();
         for walk in [1, 2, u32::MAX - 1, u32::MAX, 1] {
             if walk == u32::MAX - 1 {
-                mailbox.0.walk = walk - 1;
+                mailbox.walk = walk - 1;
             }
             mailbox.begin(3);
-            assert_eq!(mailbox.0.walk, walk);
+            assert_eq!(mailbox.walk, walk);
             assert!(mailbox.first(0) && !mailbox.first(0) && mailbox.first(2) && !mailbox.first(2));
         }
         mailbox.begin(5);

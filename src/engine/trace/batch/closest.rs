@@ -1,26 +1,29 @@
-//! Nearest hits of many rays.
+//! Batches of closest-hit queries.
 
 use super::Batch;
 use crate::accel::{BaselineLevels, Count, InstanceBvhs, STREAM, World};
-use crate::geom::{Certainty, Scratch};
+use crate::geom::Certainty;
 use crate::math::lanes::Lanes;
-use crate::trace::beam::{BEAM, BeamScratch, Beams, Tile};
+use crate::trace::beam::{BEAM, BeamBuffers, BeamScratch, BeamTraversal};
 use crate::trace::hits::{Depths, Hits};
 use crate::trace::item_buffer::ItemBuffer;
 use crate::trace::leaf::Tester;
 use crate::trace::query::{Closest, HitId};
 use crate::trace::rays::{Rays, load_f32};
-use crate::trace::stream::{Stream, StreamScratch, each};
+use crate::trace::scratch::TraceScratch;
+use crate::trace::stream::{Stream, StreamScratch, for_each_bit};
 
+/// A batch of closest-hit queries.
 pub struct ClosestBatch<'a, 'h> {
     pub world: &'a World,
     pub rays: &'a Rays<'a>,
     pub hits: &'a mut Hits<'h>,
-    /// Lists for the rays, and the number of the first tile.
+    /// An item buffer, and the number of the first list.
     pub items: Option<(&'a ItemBuffer, usize)>,
 }
 
 impl ClosestBatch<'_, '_> {
+    /// Stores the answers of a query.
     #[inline(always)]
     fn put<L: Lanes, C: Certainty>(&mut self, first: usize, query: &Closest<L, C>) {
         match &mut self.hits.t {
@@ -30,6 +33,7 @@ impl ClosestBatch<'_, '_> {
         query.store_ids(&mut self.hits.id, first);
     }
 
+    /// Stores the answers of a stream.
     #[inline(always)]
     fn put_stream<L: Lanes, C: Certainty>(
         &mut self,
@@ -63,10 +67,14 @@ impl ClosestBatch<'_, '_> {
 }
 
 impl ClosestBatch<'_, '_> {
-    /// The rays that tiles have left in doubt, as a stream.
+    /// Traces the deferred rays as a stream.
     #[inline(never)]
-    fn trace_again<L: Lanes, C: Certainty, const S: usize>(&mut self, scratch: &mut BeamScratch) {
-        let (deferred, streams) = (&mut scratch.deferred, &mut scratch.streams);
+    fn trace_again<L: Lanes, C: Certainty, const S: usize>(
+        &mut self,
+        walk: &mut BeamScratch,
+        scratch: &mut TraceScratch,
+    ) {
+        let (deferred, streams) = (&mut walk.deferred, &mut walk.streams);
         if deferred.rows().is_empty() {
             return;
         }
@@ -75,7 +83,7 @@ impl ClosestBatch<'_, '_> {
             Closest::<L::Single, C>::new(<L::Single as Lanes>::from_f32(rays.t_max[i]))
         });
         let stream = Stream { world, rays, first };
-        stream.trace::<L, S, C, _>(rays.alive(0), &mut queries, streams);
+        stream.trace::<L, S, C, _>(rays.alive(0), &mut queries, streams, scratch);
         for (row, query) in deferred.rows().iter().zip(&queries) {
             self.put(*row as usize, query);
         }
@@ -85,23 +93,29 @@ impl ClosestBatch<'_, '_> {
 
 impl Batch for ClosestBatch<'_, '_> {
     #[inline(never)]
-    fn packets<L: Lanes, C: Certainty>(mut self, levels: &BaselineLevels, count: Count) {
-        let mut scratch = [levels.tlas.scratch::<L>(), levels.tlas.scratch::<L>()];
-        let mut kernels = Scratch::default();
+    fn packets<L: Lanes, C: Certainty>(
+        mut self,
+        levels: &BaselineLevels,
+        count: Count,
+        scratch: &mut TraceScratch,
+    ) {
+        let mut baseline = scratch.take_baseline::<L>(levels);
         for first in (0..self.rays.len()).step_by(L::COUNT) {
             let packet = self.rays.packet::<L>(first, self.world);
             let mut query = Closest::<L, C>::new(load_f32(&self.rays.t_max[first..]));
-            let tester = Tester::<L, C>::new(self.world, &packet);
-            tester.trace(levels, &mut query, &mut scratch, &mut kernels, count);
+            let mut tester = Tester::<L, C>::new(self.world, &packet, scratch);
+            tester.trace(levels, &mut query, &mut baseline, count);
             self.put(first, &query);
         }
+        scratch.keep_baseline(baseline);
     }
 
     #[inline(never)]
     fn nested<L: Lanes, C: Certainty, const S: usize>(
         mut self,
-        groups: &InstanceBvhs,
-        scratch: &mut StreamScratch,
+        bvhs: &InstanceBvhs,
+        walk: &mut StreamScratch,
+        scratch: &mut TraceScratch,
     ) {
         for first in (0..self.rays.len()).step_by(STREAM) {
             let mut queries: [_; STREAM] = std::array::from_fn(|i| {
@@ -114,37 +128,43 @@ impl Batch for ClosestBatch<'_, '_> {
                 first,
             };
             let alive = self.rays.alive(first);
-            stream.trace_nested::<L, S, C, _>(groups, alive, &mut queries, scratch);
+            stream.trace_nested::<L, S, C, _>(bvhs, alive, &mut queries, walk, scratch);
             self.put_stream(first, &queries);
         }
     }
 
     #[inline(never)]
-    fn tiles<L: Lanes, C: Certainty, const S: usize>(mut self, scratch: &mut BeamScratch) {
-        let mut beams = Beams::default();
+    fn beams<L: Lanes, C: Certainty, const S: usize>(
+        mut self,
+        walk: &mut BeamScratch,
+        scratch: &mut TraceScratch,
+    ) {
+        let mut buffers = BeamBuffers::default();
         let mut queries: [_; S] = std::array::from_fn(|_| Closest::<L, C>::new(L::zero()));
         for first in (0..self.rays.len()).step_by(BEAM) {
-            if let Some(tile) = Tile::<L, S>::of(self.world, self.rays, first, &mut beams) {
+            if let Some(traversal) =
+                BeamTraversal::<L, S>::new(self.world, self.rays, first, &mut buffers, scratch)
+            {
                 for (s, query) in queries.iter_mut().enumerate() {
                     query.restart(load_f32(&self.rays.t_max[first + s * L::COUNT..]));
                 }
                 let list = self.items.and_then(|(items, number)| {
-                    let list = tile.list(items, number + first / BEAM)?;
+                    let list = traversal.list(items, number + first / BEAM)?;
                     Some((list, self.world.item_boxes.as_ref()?))
                 });
                 let deferred = match list {
                     Some((list, boxes)) => {
-                        tile.trace_items::<C, _>(list, boxes, &mut queries, scratch)
+                        traversal.trace_items::<C, _>(list, boxes, &mut queries, &mut walk.streams)
                     }
-                    None => tile.trace::<C, _>(&mut queries, scratch),
+                    None => traversal.trace::<C, _>(&mut queries, walk),
                 };
                 for (s, query) in queries.iter().enumerate() {
                     self.put(first + s * L::COUNT, query);
                 }
-                each(deferred, |i| {
-                    scratch.deferred.push(self.rays, first + i);
-                    if scratch.deferred.is_full() {
-                        self.trace_again::<L, C, S>(scratch);
+                for_each_bit(deferred, |i| {
+                    walk.deferred.push(self.rays, first + i);
+                    if walk.deferred.is_full() {
+                        self.trace_again::<L, C, S>(walk, scratch);
                     }
                 });
                 continue;
@@ -162,13 +182,14 @@ impl Batch for ClosestBatch<'_, '_> {
                 stream.trace::<L, S, C, _>(
                     self.rays.alive(first),
                     &mut queries,
-                    &mut scratch.streams,
+                    &mut walk.streams,
+                    scratch,
                 );
                 self.put_stream(first, &queries);
             }
         }
         if C::GUARDED {
-            self.trace_again::<L, C, S>(scratch);
+            self.trace_again::<L, C, S>(walk, scratch);
         }
     }
 }

@@ -1,8 +1,8 @@
-//! Accepted and decided lanes side by side in one query.
+//! Lanes decided by kernels and by exact arithmetic, mixed in one query.
 //!
-//! A certainty that doubts every second (lane, primitive) pair, one that doubts
-//! all, and one that doubts what it must, must give the same bits. A primitive
-//! that appears twice, once doubted and once not, makes equal t's.
+//! Three certainties must give the same bits: one that leaves every second (lane, primitive)
+//! pair undecided, one that leaves all undecided, and `guarded`. A primitive that is placed
+//! twice, decided once by each, makes ties in t.
 
 use super::*;
 use crate::geom::{Cuboid, Sphere};
@@ -14,7 +14,7 @@ use crate::trace::test_random::Random;
 use crate::trace::{Caching, HitIds, Vectors};
 use glam::{DAffine3, DVec3};
 
-/// Has every decision made exactly.
+/// Leaves every decision to exact arithmetic.
 #[derive(Clone, Copy)]
 struct DoubtAll;
 
@@ -35,7 +35,7 @@ impl Certainty for DoubtEverySecond {
     }
 }
 
-/// Each shape appears twice in the same place, and once turned and moved.
+/// Builds a scene that places each shape twice at the same place, and once elsewhere.
 fn crowd(random: &mut Random) -> Scene {
     let mut scene = SceneBuilder::default();
     for _ in 0..4 {
@@ -114,7 +114,7 @@ impl Columns {
     }
 }
 
-/// The nearest hits, and whether there is any.
+/// Traces closest hits and occlusion.
 fn answers<L: Lanes, C: Certainty>(
     world: &World,
     columns: &Columns,
@@ -124,6 +124,7 @@ fn answers<L: Lanes, C: Certainty>(
     };
     let rays = columns.rays();
     let (mut t, mut id) = (vec![0.0; RAYS], HitIds::none(RAYS));
+    let scratch = &mut TraceScratch::default();
     ClosestBatch {
         items: None,
         world,
@@ -133,7 +134,7 @@ fn answers<L: Lanes, C: Certainty>(
             id: id.columns(),
         },
     }
-    .packets::<L, C>(levels, Count::default());
+    .packets::<L, C>(levels, Count::default(), scratch);
     let mut blocked = vec![false; RAYS];
     AnyBatch {
         world,
@@ -141,12 +142,12 @@ fn answers<L: Lanes, C: Certainty>(
         cache: &mut ShadowCache::new(Caching::On),
         blocked: &mut blocked,
     }
-    .packets::<L, C>(levels, Count::default());
+    .packets::<L, C>(levels, Count::default(), scratch);
     let met = |i: usize| (id.get(i) != HitId::NONE).then_some((t[i].to_bits(), id.get(i)));
     (0..RAYS).map(|i| (met(i), blocked[i])).collect()
 }
 
-/// At one width of many lanes: what is compiled for a certainty of its own is large.
+/// Compares the certainties at one width only, since each is compiled anew.
 fn compare(world: &World, columns: &Columns, seen: &mut [usize; 2]) {
     type L = f32x8;
     let one = answers::<f32, Guarded>(world, columns);
@@ -176,7 +177,7 @@ fn accepted_and_decided_lanes_mix() {
         let columns = Columns::random(random);
         compare(&world, &columns, &mut seen);
     }
-    // Both must win often, or the mix proves nothing.
+    // Hits of both kinds must be frequent for the comparison to mean anything.
     assert!(
         seen.iter().all(|n| *n > 3000),
         "accepted, decided: {seen:?}"

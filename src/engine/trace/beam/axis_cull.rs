@@ -1,13 +1,10 @@
-//! Rays of a tile that pass by a cylinder or cone, told by how far their lines pass by its
-//! axis.
+//! The axis cull: removes rays of a beam that pass by the axis of a cylinder or cone.
 //!
-//! The box of what stands obliquely is mostly empty, and a kernel takes as long for a ray
-//! that passes as for one that does not. Of an axis through m along the unit vector n, and
-//! a line through o along d, the distance is |w·(d × n)| / |d × n|, w = o − m (the moment
-//! of one line about another, Plücker); where it is more than the largest radius, there is
-//! no hit. Of one origin w × n is the whole tile's, of one direction d × n is: what is left
-//! for a ray is two products. docs/NUMERICS.md ("A line that passes by an axis") has the
-//! bounds.
+//! The box of an oblique cylinder is mostly empty, and the kernel costs the same for misses.
+//! The distance of a line through o along d from an axis through m along the unit vector n
+//! is |w·(d × n)| / |d × n| with w = o − m (the moment of Plücker coordinates). A ray misses
+//! if it exceeds the largest radius. For one origin w × n is shared by the beam, for one
+//! direction d × n is; two products remain per ray. B14 and B15 give the bounds.
 
 use super::rays::Beam;
 use crate::geom::cone::Upright;
@@ -16,30 +13,32 @@ use crate::math::lanes::Lanes;
 use crate::math::length;
 use glam::DVec3;
 
-/// What is around an axis, as a tile's rays see it.
+/// The cull of one axis, set up for a beam.
 #[derive(Clone, Copy)]
 pub(super) enum AxisCull {
     Pinhole {
-        /// By (u, v, 1): the moment over the axis' distance; and d·n.
+        /// Coefficients of (u, v, 1): the moment over the axis' distance.
         moment: [f32; 3],
+        /// Coefficients of (u, v, 1): d·n.
         along: [f32; 3],
-        /// The squared radius, over that of the distance.
+        /// Squared radius over squared distance.
         room: f32,
+        /// Error of the moment (B14).
         slack: f32,
     },
     Parallel {
-        /// By (u, v, 1): the moment.
+        /// Coefficients of (u, v, 1): the moment.
         moment: [f32; 3],
-        /// What it is where the line touches.
+        /// Moment of a line at the largest radius, errors included (B15).
         room: f32,
     },
 }
 
-/// Of f32.
+/// u, the unit roundoff of f32.
 const U: f32 = f32::EPSILON / 2.0;
 
 impl AxisCull {
-    /// `org`: of rays of one origin.
+    /// Sets up the cull. `org`: the shared origin, if there is one.
     #[inline(always)]
     pub fn new<L: Lanes, const S: usize>(beam: &Beam<L, S>, row: &Upright, org: DVec3) -> AxisCull {
         let ([a, b, k], sign) = (beam.frustum.axes, f64::from(beam.frustum.sign));
@@ -54,7 +53,7 @@ impl AxisCull {
             let across = DVec3::new(p, q, 1.0).cross(n);
             let off = 16.0 * UNIT * (size(row.middle) + row.half);
             let room = radius + beam.shear.passing() + off;
-            // Nearly along the axis little but roundings is left of the product.
+            // Nearly along the axis, d × n cancels (B15: 64v).
             let noise = 64.0 * UNIT * (f64::from(beam.reach) + room);
             let room = room * length(across) + noise;
             return AxisCull::Parallel {
@@ -76,7 +75,7 @@ impl AxisCull {
         }
     }
 
-    /// The rays of a group that certainly pass by. What is not a number does not.
+    /// Returns the rays of a group that certainly pass by (B14, B15); NaN does not.
     #[inline(always)]
     pub fn passes<L: Lanes, const S: usize>(&self, beam: &Beam<L, S>, s: usize) -> L::Mask {
         let (u, v) = (beam.groups[s].u, beam.groups[s].v);
@@ -116,8 +115,7 @@ mod tests {
     use crate::math::lanes::Mask;
     use crate::trace::test_random::Random;
 
-    /// Somewhere on a line that touches a cone's side, seen from `org`, and a little
-    /// beside it.
+    /// Returns a point near a line from `org` that touches a cone's side.
     fn beside(cone: &Cone, org: DVec3, random: &mut Random) -> DVec3 {
         let along = 0.5 + 0.5 * random.unit();
         let axis = cone.base + (cone.top - cone.base) * along;
@@ -127,7 +125,7 @@ mod tests {
         axis + side / length(side) * radius * (1.0 + off)
     }
 
-    /// A ray near a cone, and whether it passes by for certain.
+    /// A ray near a cone, and whether the cull removes it.
     struct Probe {
         line: Line,
         passes: bool,
@@ -141,10 +139,10 @@ mod tests {
         let all = [L::Mask::splat(true)];
         let taken = if parallel {
             let orgs = |_| Vec3::splat(org.to_array());
-            beam.take_in_parallel(orgs, dir, &all, &all, &bounds)
+            beam.load_parallel(orgs, dir, &all, &all, &bounds)
         } else {
             let dirs = |_| Vec3::<L::Double>::splat(dir);
-            beam.take_in(org.to_array(), dirs, &all, &all, &bounds)
+            beam.load_pinhole(org.to_array(), dirs, &all, &all, &bounds)
         };
         let around = AxisCull::new(&beam, &cone.upright(), org);
         let org = org.to_array();
@@ -154,7 +152,7 @@ mod tests {
         })
     }
 
-    /// What is met of rays and what passes by, in f32 and f64; nothing is both.
+    /// Counts hits and culled rays in f32 and f64 lanes; no ray is both.
     fn count(cone: &Cone, ray: [DVec3; 2], [met, passed]: &mut [u32; 2]) {
         for parallel in [false, true] {
             let probes = [
@@ -189,7 +187,7 @@ mod tests {
             let place = DVec3::from_array(random.vector()) * size;
             let place = place * [0.0, 1.0, 30.0][case % 3];
             let axis = DVec3::from_array(random.vector()) * size;
-            // Straight ones too.
+            // Upright axes too.
             let axis = if case % 7 == 0 { DVec3::Y * size } else { axis };
             let radius = size * random.size(-3.0, 1.0);
             let cone = Cone {
@@ -208,7 +206,7 @@ mod tests {
         assert!(met > 30_000 && passed > 10_000, "{met}, {passed}");
     }
 
-    /// Where hardly anything is left of d × n.
+    /// Rays nearly along the axis, where d × n cancels.
     #[test]
     fn what_goes_along_the_axis_does_not_pass_by() {
         let mut random = Random(22);
@@ -233,9 +231,9 @@ mod tests {
                 top_radius: radius,
                 open: false,
             };
-            let deferred = DVec3::from_array(random.vector()).cross(dir);
-            let deferred = deferred / length(deferred) * (radius * random.unit());
-            let org = cone.base - dir * random.size(0.0, 1.0) + deferred;
+            let aside = DVec3::from_array(random.vector()).cross(dir);
+            let aside = aside / length(aside) * (radius * random.unit());
+            let org = cone.base - dir * random.size(0.0, 1.0) + aside;
             count(&cone, [org, dir], &mut counts);
         }
         assert!(counts[0] > 60_000, "{counts:?}");

@@ -1,18 +1,16 @@
-//! A block of triangles as a tile's rays see it.
+//! Edge functions of a block of triangles that all rays of a beam share, without bounds.
 //!
-//! From one origin:
-//! With p, q a triangle's corners from the origin, (p + q) × (q − p) = 2 p × q
-//! is the normal of the plane through the origin and the edge: its product with
-//! a ray's (u, v, 1) is the edge function. The products are differences without
-//! FMA, so an edge shared by two triangles has exactly opposite normals in
-//! them, and no ray of the tile slips between. det is the product with
-//! (a − c) × (b − a), the triangle's own normal; T, the corner a times that
-//! normal, is the same for all rays: the depth is T / det.
+//! One origin: with p, q a triangle's corners relative to the origin, (p + q) × (q − p) =
+//! 2 p × q is the normal of the plane through the origin and the edge. Its product with a
+//! ray's (u, v, 1) is the edge function. Cross products are differences without FMA, so two
+//! triangles have exactly opposite normals at a shared edge, and no ray of the beam passes
+//! between them. det is the product with (a − c) × (b − a), the triangle's normal. T, the
+//! corner a times that normal, is the same for all rays; the depth is T / det.
 //!
-//! Along one direction: with corners sheared, a ray is a point (u, v). Edge
-//! functions are the same products of (p, 1) and (q, 1); det is the same for all
-//! rays, and the depth is linear in (u, v). It is kept within the depths of the
-//! triangle's corners, which says little about one that is nearly edge-on.
+//! One direction: with corners sheared, a ray is a point (u, v). Edge functions are the same
+//! products of (p, 1) and (q, 1). det is the same for all rays, and the depth is linear in
+//! (u, v). It is clamped to the depths of the corners, since it is inaccurate for triangles
+//! that are nearly edge-on.
 
 use super::parallel::LocalStarts;
 use super::rays::{Beam, Projection, RayGroup};
@@ -20,34 +18,34 @@ use crate::accel::{Block, WIDE};
 use crate::geom::triangle::{plane_depth_times_det, plane_det, plane_normal};
 use crate::math::lanes::{Lanes, Mask, Register, max, min};
 
-/// A block's triangles as numbers that every ray of the tile needs.
+/// A block's edge functions and planes.
 #[repr(C, align(64))]
 pub(super) struct Edges {
     /// Normals of the edges a, b, c (each opposite to its corner) and of the
     /// plane, turned so that T ≥ 0; `[which][axis][slot]`. Along one direction,
     /// turned so that det ≥ 0, and in place of the plane's the depth.
     normal: [[[f32; WIDE]; 3]; 4],
-    /// Not along one direction.
+    /// T. One origin only.
     depth_times_det: [f32; WIDE],
-    /// This is compared with limit · det: see [`TIES`].
+    /// T times [`TIES`], compared with limit · det.
     early: [f32; WIDE],
-    /// The corners' least depth.
+    /// Least depth of the corners.
     pub nearest: [f32; WIDE],
-    /// The corners' greatest depth.
+    /// Greatest depth of the corners.
     pub farthest: [f32; WIDE],
-    /// The corners' box along a and b, a little larger: `[axis][low/high]`. Of
-    /// one origin only, and not for any-hit rays.
+    /// Box of the corners along a and b, grown by [`CLEAR`]: `[axis][low/high]`. Closest hits
+    /// of one origin only.
     around: [[[f32; WIDE]; 2]; 2],
-    /// Triangles that may be in front of the origin.
+    /// Triangles that may lie in front of the rays.
     pub live: u32,
 }
 
-/// A depth T / det that equals the limit, though each is rounded: T may be a
-/// rounding more than limit · det. Rays that ask for any hit need not care.
+/// Factor of T in comparisons with limit · det (B19): ties of rounded depths pass. Any-hit
+/// rays do not need it.
 const TIES: f32 = 1.0 - 4.0 * f32::EPSILON;
 
-/// A hit that is so near to its triangle's box, relative to the way to the box's
-/// far side, needs no more bringing into it: see [`super::commit`].
+/// Relative distance from a triangle's box within which a hit need not be clamped to it
+/// (B18): see [`super::commit`].
 const CLEAR: f32 = 8.0 * 0.5 * f32::EPSILON;
 
 impl Edges {
@@ -85,7 +83,7 @@ impl Edges {
             ]
         };
         let (ca, cb, ab) = (minus(a, c), minus(c, b), minus(b, a));
-        // Twice the product of (p, 1) and (q, 1), which are not spelled out.
+        // Twice the cross product of (p, 1) and (q, 1).
         let flat = |p: [Register; 3], q: [Register; 3]| {
             [-(q[1] + q[1]), q[0] + q[0], p[0] * q[1] - p[1] * q[0]]
         };
@@ -167,8 +165,8 @@ impl Edges {
         ]
     }
 
-    /// Triangles that some ray of the group may meet: the greatest value of each
-    /// edge function over the group's rectangle, and the depth.
+    /// Returns the triangles that some ray of the group may hit, by the greatest value of
+    /// each edge function over the group's rectangle and by depth.
     #[inline(always)]
     pub fn may_meet<L: Lanes>(&self, group: &RayGroup<L>) -> u32 {
         let [[u, du], [v, dv]] = group.rect;
@@ -181,13 +179,13 @@ impl Edges {
         };
         let least = min(min(greatest(0), greatest(1)), greatest(2));
         let nearest = Register::load(&self.nearest);
-        // Where products leave f32, nothing is known.
+        // NaN, where products leave f32, rules nothing out.
         let beside = least.lt(Register::zero()) | nearest.gt(Register::splat(group.deepest));
         (!beside).bits() & self.live
     }
 
-    /// Depths where rays meet one triangle, and the rays that meet it clearly
-    /// within its box.
+    /// Computes the depths of hits of one triangle, and the rays that hit it clearly within
+    /// its box.
     #[inline(always)]
     pub fn depths<L: Lanes>(
         &self,
@@ -205,7 +203,7 @@ impl Edges {
         (z, clear)
     }
 
-    /// The same of one ray and all triangles.
+    /// [`Edges::depths`] of one ray and all triangles.
     #[inline(always)]
     pub fn depths_of_ray(
         &self,
@@ -223,12 +221,12 @@ impl Edges {
         (z, clear.bits())
     }
 
-    /// One triangle against a group's rays: those inside, and T and det; along
-    /// one direction the depth, and nothing. That the triangle begins before the
-    /// ray's limit is asked of each ray, and not only of the group: the answer
-    /// must not depend on which rays make a group. Where a ray asks for its
-    /// nearest hit, this passes a little more than what lies before the limit:
-    /// whoever compares depths decides, ties included.
+    /// Tests one triangle against a group's rays. Returns the rays that hit it, with T and
+    /// det, or along one direction with the depth and zero.
+    ///
+    /// Each ray is compared with its own limit, not only with the group's, so that the answer
+    /// does not depend on which rays form a group. For closest hits a little more than what
+    /// lies before the limit passes (B19); comparing depths then decides, ties included.
     #[inline(always)]
     pub fn rays<P: Projection, L: Lanes>(
         &self,
@@ -257,8 +255,8 @@ impl Edges {
         (inside, depth, det)
     }
 
-    /// One ray against all triangles: those met before `limit`, and what
-    /// [`Edges::rays`] gives. `start`: a depth.
+    /// Tests one ray against all triangles. Returns those hit before `limit`, and the numbers
+    /// that [`Edges::rays`] returns. `start` is a depth.
     #[inline(always)]
     pub fn triangles<P: Projection>(
         &self,

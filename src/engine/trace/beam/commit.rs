@@ -1,17 +1,16 @@
-//! From the triangles that a tile has found to hits: t by the steps that all
-//! kernels share.
+//! Hits of a beam: t of the closest triangles by the steps that all kernels share.
 
 use super::mesh::Nearest;
 use crate::accel::{TlasEntry, WIDE, WideBlas, World};
-use crate::geom::{Certainty, Meet, Ray, triangle};
+use crate::geom::{Meet, Ray, triangle};
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::scene::MeshId;
-use crate::trace::leaf::Tester;
+use crate::trace::leaf::{mesh_packet, window};
 use crate::trace::packet::Packet;
 use crate::trace::query::Query;
 
-/// What a group has found in one instance of a mesh.
+/// Closest triangles of a group in one instance of a mesh.
 pub(super) struct Found<'a, L: Lanes> {
     pub entry: &'a TlasEntry,
     pub id: MeshId,
@@ -20,7 +19,7 @@ pub(super) struct Found<'a, L: Lanes> {
 }
 
 impl<L: Lanes> Found<'_, L> {
-    /// In source order.
+    /// Returns the numbers of the triangles in source order.
     #[inline(always)]
     fn primitives(&self) -> L::Ids {
         let mut primitives = L::ids(0);
@@ -31,8 +30,8 @@ impl<L: Lanes> Found<'_, L> {
         primitives
     }
 
-    /// Offers hits that are known to lie in their boxes' intervals, t being that
-    /// of all kernels: see [`commit`].
+    /// Offers hits whose t is that of all kernels and lies in their boxes' intervals: see
+    /// [`commit`].
     #[inline(always)]
     pub fn clear<Q: Query<L>>(&self, t: L, query: &mut Q) {
         let primitives = self.primitives();
@@ -43,20 +42,20 @@ impl<L: Lanes> Found<'_, L> {
 }
 
 impl<L: Lanes> Found<'_, L> {
-    /// t of every hit, by the steps that all kernels share.
+    /// Computes t of every hit by the steps that all kernels share (T6).
     #[inline(never)]
     pub fn depths(&self, org: Vec3<L>, dir: Vec3<L>) -> L {
         triangle::depth_each(&gather(self), &Ray::new(org, dir, L::zero()))
     }
 
-    /// Offers hits that are known to precede what their rays have met before.
+    /// Offers hits that certainly precede the queries' closest hits.
     #[inline(always)]
     pub fn accept_sure<Q: Query<L>>(&self, meet: &Meet<L>, query: &mut Q) {
         query.accept_each_sure(meet, self.entry.instance, &self.primitives());
     }
 }
 
-/// The triangles' corners; one at a time, for all rays that have met it.
+/// Gathers the corners of the rays' triangles, one triangle at a time for all its rays.
 #[inline(always)]
 fn gather<L: Lanes>(found: &Found<L>) -> [Vec3<L>; 3] {
     let mut corners = [Vec3::splat([L::Scalar::from_f32(0.0); 3]); 3];
@@ -66,7 +65,7 @@ fn gather<L: Lanes>(found: &Found<L>) -> [Vec3<L>; 3] {
     while left != 0 {
         let lane = left.trailing_zeros() as usize;
         let place = places.as_ref()[lane];
-        // Places are bits, some of them those of NaN.
+        // Places are carried as bits; some are NaN, which equals nothing.
         let here = all.eq(L::splat(place)) | L::Mask::from_bits(1 << lane);
         left &= !here.bits();
         let place = place.bits() as u32 as usize;
@@ -80,7 +79,7 @@ fn gather<L: Lanes>(found: &Found<L>) -> [Vec3<L>; 3] {
     corners
 }
 
-/// Boxes around them.
+/// Returns the triangles' boxes.
 #[inline(always)]
 fn around<L: Lanes>(corners: &[Vec3<L>; 3]) -> [[L; 3]; 2] {
     let [a, b, c] = corners;
@@ -92,16 +91,15 @@ fn around<L: Lanes>(corners: &[Vec3<L>; 3]) -> [[L; 3]; 2] {
     ]
 }
 
-/// Offers the hits to the query. `org`, `dir`: the rays in the mesh's space;
-/// `tester`: of the rays in world space, in full, which are hardly ever needed.
+/// Offers the hits to the query. `org`, `dir`: the rays in the mesh's space; `packet` makes
+/// the packet in world space, which is rarely needed.
 ///
-/// A hit's t lies in the padded interval of its triangle's box, by definition
-/// (see [`crate::accel`]). Of a mesh in world space: the pad is 32 roundings of
-/// a reach that is at least `size` below. A point that lies within 16 roundings
-/// of the box, evaluated with an error of 6, leaves the rest of them to the
-/// rounding of the interval, so its t is in it and need not be brought there.
+/// By definition a hit's t lies in the padded interval of its triangle's box (X5). In world
+/// space the pad is 32 roundings of a reach that is at least `size` below. If a point lies
+/// within 16 roundings of the box, evaluated with an error of 6, its t lies in the interval
+/// despite the interval's own rounding (X6, B18), so it need not be clamped.
 #[inline(never)]
-pub(super) fn commit<L: Lanes, C: Certainty, Q: Query<L>>(
+pub(super) fn commit<L: Lanes, Q: Query<L>>(
     found: &Found<L>,
     org: Vec3<L>,
     dir: Vec3<L>,
@@ -124,9 +122,8 @@ pub(super) fn commit<L: Lanes, C: Certainty, Q: Query<L>>(
     let clear = inside(0) & inside(1) & inside(2);
     let t = if found.entry.placed || (hit & !clear).any() {
         let packet = packet();
-        let tester = Tester::<L, C>::new(world, &packet);
-        let (window, _) = tester.window(found.entry, hit, query.limit());
-        let object = tester.mesh_packet(found.entry, found.id);
+        let (window, _) = window(&packet, found.entry, hit, query.limit());
+        let object = mesh_packet((world, &packet, None), found.entry, found.id);
         let (enter, exit) = object.slabs.interval_each(min, max);
         t.max(enter.max(window.enter)).min(exit.min(window.exit))
     } else {

@@ -1,10 +1,9 @@
-//! Rays that a tile leaves in doubt, gathered from many tiles: a few at a time
-//! they would each pay for a stream of their own.
+//! Deferred rays: undecided rays of many beams, collected into full streams.
 
 use crate::accel::STREAM;
 use crate::trace::rays::{Rays, Vectors};
 
-/// Up to a stream of rays, and where their answers belong.
+/// Up to a stream of rays, with the batch rows of their answers.
 pub(in crate::trace) struct DeferredRays {
     rows: [u32; STREAM],
     count: usize,
@@ -36,7 +35,7 @@ impl DeferredRays {
         self.count == STREAM
     }
 
-    /// One that is not full.
+    /// Appends a ray; the stream must not be full.
     #[inline(always)]
     pub fn push(&mut self, rays: &Rays, row: usize) {
         let i = self.count;
@@ -51,12 +50,13 @@ impl DeferredRays {
         self.t_max[i] = rays.t_max[row];
     }
 
+    /// Removes all rays.
     pub fn clear(&mut self) {
         self.t_max[..self.count].fill(-1.0);
         self.count = 0;
     }
 
-    /// The rays, padded.
+    /// Returns the rays in columns, padded to a whole stream.
     pub fn rays(&self) -> Rays<'_> {
         Rays {
             org: Vectors::Double(self.org.each_ref().map(|x| &x[..])),

@@ -1,7 +1,7 @@
-//! Leaves in f32: shared-origin edge functions decide.
+//! Block tests in f32 without bounds: edge functions decide.
 
 use super::block::Edges;
-use super::leaf::{Before, Decides, Place};
+use super::leaf::{BlockRef, BlockTest, GroupState};
 use super::local_frame::LocalLines;
 use super::rays::{Beam, Projection, RayGroup};
 use crate::accel::Block;
@@ -9,13 +9,13 @@ use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::trace::query::Query;
 use std::marker::PhantomData;
 
-/// A block's triangles, met in f32 without bounds.
+/// The [`BlockTest`] of `fast`.
 pub(super) struct Fast<P> {
     edges: Edges,
     projection: PhantomData<P>,
 }
 
-impl<L: Lanes, P: Projection> Decides<L> for Fast<P> {
+impl<L: Lanes, P: Projection> BlockTest<L> for Fast<P> {
     #[inline(always)]
     fn new<const S: usize>(block: Block, beam: &Beam<L, S>, any: bool) -> Fast<P> {
         Fast {
@@ -35,13 +35,13 @@ impl<L: Lanes, P: Projection> Decides<L> for Fast<P> {
     }
 
     #[inline(always)]
-    fn ray<Q: Query<L>>(&self, lane: usize, place: &Place, before: &mut Before<L>) -> bool {
-        let Before {
+    fn ray<Q: Query<L>>(&self, lane: usize, block: &BlockRef, state: &mut GroupState<L>) -> bool {
+        let GroupState {
             group,
             starts,
             nearest,
             ..
-        } = before;
+        } = state;
         let at = |x: L| x.lane(lane).to_f64() as f32;
         let limit = at(group.limit);
         let line = (at(group.u), at(group.v));
@@ -63,33 +63,38 @@ impl<L: Lanes, P: Projection> Decides<L> for Fast<P> {
         } else {
             self.edges.depths_of_ray(depth, det, line)
         };
-        nearest.doubts |= u32::from(hits & !clear != 0) << lane;
+        nearest.unclear |= u32::from(hits & !clear != 0) << lane;
         let depth = depth.to_array();
         while hits != 0 {
             let slot = hits.trailing_zeros() as usize;
             hits &= hits - 1;
             let z = depth[slot];
-            if nearer(z, limit, place.sources[slot], source) {
+            if nearer(z, limit, block.sources[slot], source) {
                 (limit, best, found) = (z, slot, true);
-                source = Some(place.sources[slot]);
+                source = Some(block.sources[slot]);
             }
         }
         if found {
             let here = L::Mask::from_bits(1 << lane);
             group.limit = L::select(here, L::from_f32(limit), group.limit);
-            nearest.take(here, place.number, best, place.sources[best]);
+            nearest.take(here, block.number, best, block.sources[best]);
         }
         true
     }
 
     #[inline(always)]
-    fn triangle<Q: Query<L>>(&self, slot: usize, place: &Place, before: &mut Before<L>) -> bool {
-        let Before {
+    fn triangle<Q: Query<L>>(
+        &self,
+        slot: usize,
+        block: &BlockRef,
+        state: &mut GroupState<L>,
+    ) -> bool {
+        let GroupState {
             group,
             starts,
             nearest,
             ..
-        } = before;
+        } = state;
         let (hit, depth, det) = self.edges.rays::<P, L>(slot, group, starts);
         if hit.none() {
             return false;
@@ -97,7 +102,7 @@ impl<L: Lanes, P: Projection> Decides<L> for Fast<P> {
         if Q::ANY {
             let done = -L::from_f32(1.0);
             group.limit = L::select(hit, done, group.limit);
-            nearest.take(hit, place.number, slot, place.sources[slot]);
+            nearest.take(hit, block.number, slot, block.sources[slot]);
             return true;
         }
         let (z, clear) = if P::PARALLEL {
@@ -106,25 +111,25 @@ impl<L: Lanes, P: Projection> Decides<L> for Fast<P> {
             self.edges.depths(slot, depth, det, group)
         };
         let less = hit & z.lt(group.limit);
-        nearest.doubts |= (hit & !clear).bits();
+        nearest.unclear |= (hit & !clear).bits();
         let mut tied = (hit & z.eq(group.limit)).bits();
         group.limit = L::select(less, z, group.limit);
         tied &= nearest.met;
-        nearest.take(less, place.number, slot, place.sources[slot]);
+        nearest.take(less, block.number, slot, block.sources[slot]);
         while tied != 0 {
             let lane = tied.trailing_zeros() as usize;
             tied &= tied - 1;
-            let source = place.sources[slot];
+            let source = block.sources[slot];
             if nearest.source(lane).is_some_and(|best| source < best) {
-                nearest.take(L::Mask::from_bits(1 << lane), place.number, slot, source);
+                nearest.take(L::Mask::from_bits(1 << lane), block.number, slot, source);
             }
         }
         true
     }
 }
 
-/// Whether a triangle at depth z replaces the best so far: ties go to the lower
-/// id, and a tie with the ray's own end is no hit.
+/// Whether a triangle at depth z replaces the closest one so far: ties go to the lower id,
+/// and a tie with the ray's end is no hit.
 #[inline(always)]
 fn nearer(z: f32, limit: f32, id: u32, best: Option<u32>) -> bool {
     z < limit || (z == limit && best.is_some_and(|best| id < best))

@@ -1,5 +1,5 @@
-//! Leaves in f32 with error bounds: edge functions decide where they can, and
-//! rays for which they cannot are set deferred, for another kernel to trace.
+//! Block tests in f32 with error bounds (docs/numerics/beams.md): rays that edge functions
+//! leave undecided are deferred.
 
 #[cfg(test)]
 mod oracle_tests;
@@ -7,9 +7,9 @@ mod parallel;
 mod pinhole;
 
 use super::commit::Found;
-use super::leaf::{Before, Decides, Place};
+use super::leaf::{BlockRef, BlockTest, GroupState};
 use super::local_frame::{Bounds, LocalLines};
-use super::mesh::{InMesh, Nearest};
+use super::mesh::{MeshTraversal, Nearest};
 use super::rays::{Beam, Projection, RayGroup};
 use crate::accel::{Block, WIDE};
 use crate::geom::Meet;
@@ -20,48 +20,46 @@ use crate::trace::query::Query;
 pub(super) use parallel::Edges as ParallelEdges;
 pub(super) use pinhole::Edges as PinholeEdges;
 
-/// The limit of rays that are through: before any triangle.
+/// Limit of finished rays: below any depth.
 const DONE: f32 = f32::MIN;
 
-/// u.
+/// u, the unit roundoff of f32.
 const UNIT: f32 = <f32 as Scalar>::UNIT_ROUNDOFF;
 
-/// A block's triangles as every ray of a tile needs them, and by how much rounding
-/// may have moved what comes of it.
+/// A block's edge functions and depths as all rays of a beam share them, with error bounds.
 pub(super) trait Edges: Sized {
-    /// What is known of some rays and triangles.
-    type Met<L: Lanes>;
+    /// Values of edge functions and depth at some rays and triangles.
+    type Candidates<L: Lanes>;
 
-    /// `any`: for rays to which it does not matter what else is nearer.
-    fn of<L: Lanes, const S: usize>(block: Block, beam: &Beam<L, S>, any: bool) -> Self;
-    /// Triangles that may be in front of the rays.
+    /// Sets up the edge functions of a block. `any`: for any-hit rays.
+    fn new<L: Lanes, const S: usize>(block: Block, beam: &Beam<L, S>, any: bool) -> Self;
+    /// Returns the triangles that may lie in front of the rays.
     fn live(&self) -> u32;
-    /// Triangles that some ray of the group may meet, by the greatest value of each
-    /// edge function over the group's rectangle, and the depth.
+    /// Returns the triangles that some ray of the group may hit, by the greatest value of
+    /// each edge function over the group's rectangle and by depth.
     fn may_meet<L: Lanes>(&self, group: &RayGroup<L>, lines: &LocalLines<L>) -> u32;
-    /// What `pick` takes of a group's rays: all, or one for every lane.
-    fn line<L: Lanes, M: Lanes>(&self, before: &Before<L>, pick: impl Fn(&L) -> M) -> Line<M>;
-    /// Rays and triangles, one of each in every lane. `at`: a column's.
+    /// Takes lines from a group's rays by `pick`: each lane's, or one for all lanes.
+    fn line<L: Lanes, M: Lanes>(&self, state: &GroupState<L>, pick: impl Fn(&L) -> M) -> Line<M>;
+    /// Evaluates rays and triangles, a pair per lane; `at` reads a column of triangles.
     fn meet<L: Lanes>(
         &self,
         at: impl Fn(&[f32; WIDE]) -> L,
         line: &Line<L>,
         any: bool,
-    ) -> Self::Met<L>;
-    /// Lanes whose ray may meet the triangle before its limit.
-    fn possible<L: Lanes>(met: &Self::Met<L>) -> L::Mask;
-    /// What comes of those.
+    ) -> Self::Candidates<L>;
+    /// Returns the lanes whose ray may hit the triangle before its limit.
+    fn possible<L: Lanes>(met: &Self::Candidates<L>) -> L::Mask;
+    /// Certifies the hits of these lanes, with bounds of their depths.
     fn certify<L: Lanes>(
         &self,
         at: impl Fn(&[f32; WIDE]) -> L,
-        met: &Self::Met<L>,
+        met: &Self::Candidates<L>,
         any: bool,
     ) -> Certified<L>;
 }
 
-/// A ray as a tile has it: which line it is, counted from the tile's middle (see
-/// [`LocalLines`]) and as all kernels have it (see [`RayGroup`]), between which depths it
-/// starts, and between which it ends (or has met something nearer).
+/// A ray as a line over depth: relative to the beam's local frame ([`LocalLines`]) and as
+/// all kernels have it ([`RayGroup`]), with bounds of its start and of its limit in depth.
 #[derive(Clone, Copy)]
 pub(super) struct Line<L: Lanes> {
     centred: [L; 2],
@@ -71,21 +69,45 @@ pub(super) struct Line<L: Lanes> {
     limit: L,
 }
 
-/// Lanes that certainly meet it beyond the ray's start (of one origin, any hit: and before
-/// its end); where, as all kernels have it; and between which depths the hit truly lies, if it is
-/// one.
+/// Certified hits of some lanes.
 pub(super) struct Certified<L: Lanes> {
+    /// Lanes that certainly hit the triangle beyond the ray's start; of any-hit rays of one
+    /// origin, also before their end.
     sure: L::Mask,
+    /// Depth as all kernels compute it.
     depth: L,
+    /// Bounds of the hit's exact depth.
     from: L,
     to: L,
 }
 
-/// What the error of a block's triangles is relative to.
+/// [`Edges::may_meet`] from edge functions that are grown by their error bounds.
+#[inline(always)]
+fn may_meet<L: Lanes>(
+    normal: &[[[f32; WIDE]; 3]],
+    nearest: &[f32; WIDE],
+    group: &RayGroup<L>,
+    lines: &LocalLines<L>,
+) -> u32 {
+    let [[u, du], [v, dv]] = lines.rect;
+    let (u, du) = (Register::splat(u), Register::splat(du));
+    let (v, dv) = (Register::splat(v), Register::splat(dv));
+    let greatest = |which: usize| {
+        let [x, y, z] = &normal[which];
+        let n = [Register::load(x), Register::load(y), Register::load(z)];
+        let spread = n[0].abs().mul_add(du, n[1].abs().mul_add(dv, n[2]));
+        n[0].mul_add(u, n[1].mul_add(v, spread))
+    };
+    let least = min(min(greatest(0), greatest(1)), greatest(2));
+    let late = Register::load(nearest).gt(Register::splat(group.deepest));
+    (!(least.lt(Register::zero()) | late)).bits()
+}
+
+/// Sizes of a block's triangles that error bounds are relative to.
 struct Extents {
-    /// How far the corners, and the lines, are from the tile's middle at most.
+    /// Λ: greatest distance of the corners and of the lines from the beam's middle.
     across: Register,
-    /// Of the triangles, across and in depth.
+    /// D and E: extents of the triangles across and in depth.
     extent: Register,
     deep: Register,
     lowest: Register,
@@ -93,9 +115,9 @@ struct Extents {
 }
 
 impl Extents {
-    /// Of corners that are sheared and counted from the middle; with what these are off.
+    /// Bounds the extents from sheared corners relative to the middle, errors included (B7).
     #[inline(always)]
-    fn of([a, b, c]: [[Register; 3]; 3], bounds: &Bounds) -> Extents {
+    fn new([a, b, c]: [[Register; 3]; 3], bounds: &Bounds) -> Extents {
         let splat = Register::splat;
         let range = |i: usize| {
             let low = min(min(a[i], b[i]), c[i]);
@@ -115,13 +137,13 @@ impl Extents {
     }
 }
 
-/// [`Decides`] of any [`Edges`].
+/// The [`BlockTest`] of any [`Edges`].
 pub(super) struct GuardedLeaf<E>(E);
 
-impl<L: Lanes, E: Edges> Decides<L> for GuardedLeaf<E> {
+impl<L: Lanes, E: Edges> BlockTest<L> for GuardedLeaf<E> {
     #[inline(always)]
     fn new<const S: usize>(block: Block, beam: &Beam<L, S>, any: bool) -> GuardedLeaf<E> {
-        GuardedLeaf(E::of(block, beam, any))
+        GuardedLeaf(E::new(block, beam, any))
     }
 
     #[inline(always)]
@@ -135,11 +157,11 @@ impl<L: Lanes, E: Edges> Decides<L> for GuardedLeaf<E> {
     }
 
     #[inline(always)]
-    fn ray<Q: Query<L>>(&self, lane: usize, place: &Place, before: &mut Before<L>) -> bool {
+    fn ray<Q: Query<L>>(&self, lane: usize, block: &BlockRef, state: &mut GroupState<L>) -> bool {
         let at = |column: &[f32; WIDE]| Register::load(column);
         let one = |x: &L| Register::splat(x.lane(lane).to_f64() as f32);
-        let line = self.0.line(before, one);
-        let Before { group, nearest, .. } = before;
+        let line = self.0.line(state, one);
+        let GroupState { group, nearest, .. } = state;
         let all = self.0.meet(at, &line, Q::ANY);
         let mut hits = E::possible(&all).bits() & self.0.live();
         if hits == 0 {
@@ -149,8 +171,8 @@ impl<L: Lanes, E: Edges> Decides<L> for GuardedLeaf<E> {
         let here = L::Mask::from_bits(1 << lane);
         let mut sure = certified.sure.bits() & hits;
         if Q::ANY {
-            // One that certainly blocks the ray is enough; of the others it does not
-            // matter which is in doubt.
+            // One certain occluder suffices. Without one, any undecided triangle defers the
+            // ray.
             hits &= !certified.from.gt(line.limit).bits();
             if hits == 0 {
                 return false;
@@ -163,7 +185,7 @@ impl<L: Lanes, E: Edges> Decides<L> for GuardedLeaf<E> {
                 from: L::from_f32(certified.from.lane(slot)),
                 to: L::from_f32(certified.to.lane(slot)),
             };
-            return nearest.commit_sure::<Q>(here, &hit, place, slot, &mut group.limit);
+            return nearest.commit_sure::<Q>(here, &hit, block, slot, &mut group.limit);
         }
         let columns = [certified.depth, certified.from, certified.to];
         let [depth, from, to] = columns.map(|x| x.to_array());
@@ -177,27 +199,32 @@ impl<L: Lanes, E: Edges> Decides<L> for GuardedLeaf<E> {
                 from: L::from_f32(from[slot]),
                 to: L::from_f32(to[slot]),
             };
-            met |= nearest.commit_sure::<Q>(here, &hit, place, slot, &mut group.limit);
+            met |= nearest.commit_sure::<Q>(here, &hit, block, slot, &mut group.limit);
         }
         met
     }
 
     #[inline(always)]
-    fn triangle<Q: Query<L>>(&self, slot: usize, place: &Place, before: &mut Before<L>) -> bool {
+    fn triangle<Q: Query<L>>(
+        &self,
+        slot: usize,
+        block: &BlockRef,
+        state: &mut GroupState<L>,
+    ) -> bool {
         let at = |column: &[f32; WIDE]| L::from_f32(column[slot]);
-        let all = self.0.meet(at, &self.0.line(before, |x| *x), Q::ANY);
+        let all = self.0.meet(at, &self.0.line(state, |x| *x), Q::ANY);
         let possible = E::possible(&all);
         if possible.none() {
             return false;
         }
         let hit = self.0.certify(at, &all, Q::ANY);
-        let Before { group, nearest, .. } = before;
-        nearest.commit_sure::<Q>(possible, &hit, place, slot, &mut group.limit)
+        let GroupState { group, nearest, .. } = state;
+        nearest.commit_sure::<Q>(possible, &hit, block, slot, &mut group.limit)
     }
 }
 
-impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
-    /// What the rays' queries say before the walk.
+impl<L: Lanes, const S: usize> MeshTraversal<'_, L, S> {
+    /// Prepares the guarded walk: local frame, lower bounds of the closest hits, and limits.
     #[inline(always)]
     pub fn start_guarded<P: Projection, Q: Query<L>>(&mut self, queries: &[Q; S]) {
         if P::PARALLEL {
@@ -209,6 +236,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
         for s in 0..S {
             let (group, starts) = (&mut self.beam.groups[s], &self.beam.starts[s]);
             let least = queries[s].least();
+            // Lower bounds in depth: B17 for one direction, B10 for one origin.
             self.nearest[s].least = if P::PARALLEL {
                 starts.depth + least * group.along - starts.slack
             } else {
@@ -219,8 +247,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
         }
     }
 
-    /// Hands the hits to the queries. Returns the rays that are still to be
-    /// traced.
+    /// Commits the closest hits to the queries. Returns the deferred rays.
     #[inline(always)]
     pub fn commit_guarded<P: Projection, Q: Query<L>>(
         &mut self,
@@ -257,7 +284,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
             } else {
                 (nearest.least, group.limit)
             };
-            // The division, that of the direction, a difference: three roundings.
+            // Three roundings: the division, the direction's and a difference (B17).
             let slack = L::from_f32(4.0 * f32::EPSILON);
             let (from, to) = (from / group.along, to / group.along);
             let within = [from - from.abs() * slack, to + to * slack];
@@ -274,15 +301,14 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
 }
 
 impl<L: Lanes> Nearest<L> {
-    /// A triangle that some rays may have met: those that certainly have, nearer
-    /// than anything so far, take it; those of which anything is in doubt are set
-    /// deferred. Whether there were any.
+    /// Commits a triangle to the rays that certainly hit it before their closest hit so far,
+    /// and defers the undecided ones. Returns whether any ray has changed.
     #[inline(always)]
     fn commit_sure<Q: Query<L>>(
         &mut self,
         possible: L::Mask,
         hit: &Certified<L>,
-        place: &Place,
+        block: &BlockRef,
         slot: usize,
         limit: &mut L,
     ) -> bool {
@@ -300,7 +326,7 @@ impl<L: Lanes> Nearest<L> {
             self.least = L::select(nearer, hit.from, self.least);
             self.depth = L::select(nearer, hit.depth, self.depth);
         }
-        self.take(nearer, place.number, slot, place.sources[slot]);
+        self.take(nearer, block.number, slot, block.sources[slot]);
         if deferred.any() {
             *limit = L::select(deferred, done, *limit);
             self.deferred |= deferred.bits();

@@ -1,11 +1,11 @@
-//! A tile that runs through its list of an item buffer in place of walking the
-//! trees. Solids and blocks of triangles meet the very tests of the walk.
+//! Beams that go through their list of an item buffer instead of the trees, with the tests
+//! of the tree walk.
 
 use super::fast::Fast;
 use super::guarded::{GuardedLeaf, PinholeEdges};
-use super::mesh::InMesh;
+use super::mesh::MeshTraversal;
 use super::rays::Pinhole;
-use super::{BEAM, BeamScratch, Tile};
+use super::{BEAM, BeamTraversal};
 use crate::accel::{BoxRows, ItemBoxes, TlasEntry, World};
 use crate::geom::Certainty;
 use crate::math::lanes::{Lanes, Mask};
@@ -14,9 +14,10 @@ use crate::trace::item_buffer::{Item, ItemBuffer};
 use crate::trace::leaf::Tester;
 use crate::trace::query::Query;
 use crate::trace::rays::Rays;
+use crate::trace::stream::StreamScratch;
 
-impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
-    /// The tile's list in the buffer, if it has one.
+impl<'a, L: Lanes, const S: usize> BeamTraversal<'a, L, S> {
+    /// Returns the beam's list in the buffer, if it has one.
     pub fn list<'i>(&self, items: &'i ItemBuffer, tile: usize) -> Option<&'i [Item]> {
         if self.beam.parallel {
             return None;
@@ -35,22 +36,20 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         items.list(tile, self.org, [&dirs[0], &dirs[1], &dirs[2]])
     }
 
-    /// Everything in the list. Returns the
-    /// rays whose answer is in doubt.
+    /// Traces the beam through its list. Returns the undecided rays.
     #[inline(never)]
     pub fn trace_items<C: Certainty, Q: Query<L>>(
         mut self,
         items: &[Item],
         boxes: &ItemBoxes,
         queries: &mut [Q; S],
-        scratch: &mut BeamScratch,
+        streams: &mut StreamScratch,
     ) -> u64 {
         let world = self.world;
         if !world.unbounded.is_empty() {
             for (s, query) in queries.iter_mut().enumerate() {
                 let packet = self.packets.get(s, self.rays, self.first, world);
-                let kernels = &mut scratch.streams.kernels;
-                Tester::<L, C>::new(world, packet).unbounded(query, kernels);
+                Tester::<L, C>::new(world, packet, self.scratch).unbounded(query);
             }
         }
         for (s, query) in queries.iter().enumerate() {
@@ -58,11 +57,12 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         }
         for run in items.chunk_by(|a, b| a.entry == b.entry) {
             let entry = &world.entries[run[0].entry as usize];
-            self.listed::<C, Q>(entry, run, boxes, queries, scratch);
+            self.listed::<C, Q>(entry, run, boxes, queries, streams);
         }
         self.deferred_rays::<C>()
     }
 
+    /// Tests the items of one entry.
     #[inline(always)]
     fn listed<C: Certainty, Q: Query<L>>(
         &mut self,
@@ -70,31 +70,29 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         run: &[Item],
         boxes: &ItemBoxes,
         queries: &mut [Q; S],
-        scratch: &mut BeamScratch,
+        streams: &mut StreamScratch,
     ) {
         let Shape::Mesh(id) = entry.shape else {
-            self.solid::<C, Q>(entry, queries, &mut scratch.streams.kernels);
+            self.solid::<C, Q>(entry, queries);
             return;
         };
         let Some(boxes) = &boxes.meshes[id.index()] else {
             return;
         };
         let (world, rays, first) = (self.world, self.rays, self.first);
-        let through = |inside: InMesh<L, S>, queries: &mut [Q; S]| {
+        let through = |inside: MeshTraversal<L, S>, queries: &mut [Q; S]| {
             inside.trace_items::<C, Q>(world, rays, first, run, boxes, queries)
         };
         if entry.placed {
-            let streams = &mut scratch.streams;
             self.placed_mesh::<C, Q>(entry, id, queries, streams, through);
         } else {
-            let streams = &mut scratch.streams;
             self.mesh_in_world::<C, Q>(entry, id, queries, streams, through);
         }
     }
 }
 
-impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
-    /// Blocks of the list, those that begin nearer first.
+impl<L: Lanes, const S: usize> MeshTraversal<'_, L, S> {
+    /// Tests the blocks of the list, in the order of their nearest depth.
     #[inline(never)]
     fn trace_items<C: Certainty, Q: Query<L>>(
         mut self,
@@ -125,7 +123,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
         if guarded {
             return self.commit_guarded::<Pinhole, Q>(queries);
         }
-        self.commit_all::<Pinhole, C, Q>(world, rays, start, queries);
+        self.commit_all::<Pinhole, Q>(world, rays, start, queries);
         [L::Mask::splat(false); S]
     }
 }

@@ -1,43 +1,49 @@
-//! A leaf's blocks before a tile's groups of rays, whatever decides about them.
+//! Leaves: tests of blocks of triangles against a beam's groups of rays.
 
 use super::local_frame::LocalLines;
-use super::mesh::{InMesh, Nearest};
+use super::mesh::{MeshTraversal, Nearest};
 use super::parallel::LocalStarts;
 use super::rays::{Beam, Projection, RayGroup};
 use crate::accel::{Block, WIDE, WideNode};
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::trace::query::{HitId, Query};
 
-/// A block's triangles as a tile's rays meet them.
-pub(super) trait Decides<L: Lanes>: Sized {
+/// The test of a block's triangles, without bounds or guarded.
+pub(super) trait BlockTest<L: Lanes>: Sized {
     fn new<const S: usize>(block: Block, beam: &Beam<L, S>, any: bool) -> Self;
-    /// Triangles that may be in front of the rays.
+    /// Returns the triangles that may lie in front of the rays.
     fn live(&self) -> u32;
-    /// Triangles that some ray of the group may meet.
+    /// Returns the triangles that some ray of the group may hit.
     fn may_meet(&self, group: &RayGroup<L>, lines: &LocalLines<L>) -> u32;
-    /// One ray, the triangles in lanes. Whether anything has come of it.
-    fn ray<Q: Query<L>>(&self, lane: usize, place: &Place, before: &mut Before<L>) -> bool;
-    /// One triangle, the rays in lanes; the same.
-    fn triangle<Q: Query<L>>(&self, slot: usize, place: &Place, before: &mut Before<L>) -> bool;
+    /// Tests one ray with the triangles in lanes. Returns whether the state has changed.
+    fn ray<Q: Query<L>>(&self, lane: usize, block: &BlockRef, state: &mut GroupState<L>) -> bool;
+    /// Tests one triangle with the rays in lanes. Returns whether the state has changed.
+    fn triangle<Q: Query<L>>(
+        &self,
+        slot: usize,
+        block: &BlockRef,
+        state: &mut GroupState<L>,
+    ) -> bool;
 }
 
-/// Which block it is, and its triangles in source order.
-pub(super) struct Place<'a> {
+/// A block's number, and the ids of its triangles.
+pub(super) struct BlockRef<'a> {
     pub number: usize,
     pub sources: &'a [u32; WIDE],
 }
 
-/// A group of rays, and what they have met.
-pub(super) struct Before<'a, L: Lanes> {
+/// A group of rays and their closest hits so far.
+pub(super) struct GroupState<'a, L: Lanes> {
     pub group: &'a mut RayGroup<L>,
     pub lines: &'a LocalLines<L>,
     pub starts: &'a LocalStarts<L>,
     pub nearest: &'a mut Nearest<L>,
 }
 
-impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
+impl<L: Lanes, const S: usize> MeshTraversal<'_, L, S> {
+    /// Tests a leaf's blocks for the rays that hit its box.
     #[inline(always)]
-    pub fn leaf<P: Projection, D: Decides<L>, Q: Query<L>>(
+    pub fn leaf<P: Projection, D: BlockTest<L>, Q: Query<L>>(
         &mut self,
         node: &WideNode,
         place: usize,
@@ -50,8 +56,9 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
         }
     }
 
+    /// Tests `count` blocks from `first` on, for a set of rays of each group.
     #[inline(always)]
-    pub fn blocks<D: Decides<L>, Q: Query<L>>(
+    pub fn blocks<D: BlockTest<L>, Q: Query<L>>(
         &mut self,
         rays: &[u32; S],
         first: usize,
@@ -60,11 +67,11 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
     ) {
         for number in first..first + count {
             let block = self.mesh.blocks.get(number);
-            let decider = D::new(block, self.beam, Q::ANY);
-            if decider.live() == 0 {
+            let test = D::new(block, self.beam, Q::ANY);
+            if test.live() == 0 {
                 continue;
             }
-            let place = Place {
+            let block_ref = BlockRef {
                 number,
                 sources: block.sources(),
             };
@@ -80,11 +87,11 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                 if rays[s] == 0 || group.deepest < 0.0 {
                     continue;
                 }
-                let mut slots = decider.may_meet(group, lines);
+                let mut slots = test.may_meet(group, lines);
                 if slots == 0 {
                     continue;
                 }
-                let mut before = Before {
+                let mut state = GroupState {
                     group,
                     lines,
                     starts,
@@ -96,17 +103,17 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                     while bits != 0 {
                         let lane = bits.trailing_zeros() as usize;
                         bits &= bits - 1;
-                        met |= decider.ray::<Q>(lane, &place, &mut before);
+                        met |= test.ray::<Q>(lane, &block_ref, &mut state);
                     }
                 } else {
                     while slots != 0 {
                         let slot = slots.trailing_zeros() as usize;
                         slots &= slots - 1;
-                        met |= decider.triangle::<Q>(slot, &place, &mut before);
+                        met |= test.triangle::<Q>(slot, &block_ref, &mut state);
                     }
                 }
                 if met {
-                    before.group.set_deepest();
+                    state.group.set_deepest();
                     if Q::ANY {
                         self.report(s, queries);
                     }
@@ -115,7 +122,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
         }
     }
 
-    /// Any-hit: tells the query which rays have been blocked, and by what.
+    /// Any hit: reports blocked rays and the occluder to the query.
     #[inline(always)]
     fn report<Q: Query<L>>(&mut self, s: usize, queries: &mut [Q; S]) {
         let nearest = &mut self.nearest[s];

@@ -1,75 +1,74 @@
-//! The middle of a tile, where f32 is at its best.
+//! The local frame of a beam: corners and lines relative to the beam's middle line.
 //!
-//! Corners and lines are counted from a line amid the tile's own: what rounding
-//! takes from them is then relative to the tile and to the triangle, not to the
-//! way from the eye. Only a corner's place itself, and the slope of that line over
-//! the tree's extent, cost bits that are relative to more (docs/NUMERICS.md).
+//! Rounding errors are then relative to the beam and to the triangle, not to the distance
+//! from the eye. Only the rounding of the frame's point, and of its slopes over the tree's
+//! depth, are relative to larger numbers (B1 to B5).
 
 use super::rays::Beam;
 use crate::math::Aabb32;
 use crate::math::lanes::{Lanes, Scalar};
 
-/// u.
+/// u, the unit roundoff of f32.
 const UNIT: f32 = <f32 as Scalar>::UNIT_ROUNDOFF;
 
-/// Of what is worked out in f64, sixteen roundings.
+/// 16v: roundings of what is computed in f64 (B1).
 const DOUBLE: f64 = 16.0 * <f64 as Scalar>::UNIT_ROUNDOFF;
 
-/// A line through a tile, and by how much what counts from it may be off. Along
-/// (a, b, k), k times the sign.
+/// The middle line of a beam, with the errors of what is relative to it. Coordinates are
+/// along (a, b, k), k times the sign.
 #[derive(Clone, Copy, Default)]
 pub(super) struct LocalFrame {
-    /// A point of it, halfway down the tree.
+    /// P: a point of the line, halfway down the tree.
     pub point: [f32; 3],
-    /// What it goes along a and along b with depth.
+    /// s: slopes of the line along a and b over depth.
     pub slopes: [f32; 2],
-    /// The greater of |slopes|.
+    /// S: the greater of |slopes|.
     pub steep: f32,
-    /// Of how far a corner is off, the part that is not relative to its distance
-    /// from the line.
+    /// The part of a corner's error that is not relative to its distance from the line (B2).
     pub off: f32,
-    /// Of how far a line is off, the part that is not relative to it.
+    /// λ: the part of a line's error that is not relative to the line (B4).
     pub line_off: f32,
-    /// The greatest of the lines' numbers.
+    /// W: the greatest coordinate of the lines.
     pub wide: f32,
-    /// The largest depth from `point` in the tree.
+    /// H: the largest depth from `point` in the tree.
     pub half: f32,
-    /// Parallel: from a group's own numbers to those counted from here.
+    /// One direction: shift from a group's coordinates to local ones.
     shift: [f32; 2],
     pub bounds: Bounds,
 }
 
-/// What the errors of all triangles share (docs/NUMERICS.md). Everything that
-/// multiplies a sum of roundings has 2 % for those of the bound itself.
+/// Terms of error bounds that all triangles share (B2 to B12). Factors of sums of roundings
+/// have 2 % more for the roundings of the bound itself.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Bounds {
-    /// To the distance of corners from the middle line: how far lines are from it, and
-    /// how far the corners are off.
+    /// Added to the distance of corners from the middle line (Λ): the lines' distance, and
+    /// the corners' error.
     pub across: f32,
-    /// To the extents of triangles, across and in depth: how far off these are.
+    /// Error of triangles' extents across (B7).
     pub extent: f32,
+    /// Error of triangles' extents in depth (B7).
     pub deep: f32,
-    /// Of an edge function, over the triangle's extent across; over that in depth; and
-    /// that over the distance, too.
+    /// Error of an edge function relative to the triangle's extent across (`edge`), in depth
+    /// (`turn`), and to depth times Λ (`tilt`) (B6, B11).
     pub edge: f32,
     pub turn: f32,
     pub tilt: f32,
-    /// Of a corner's depth.
+    /// Error of a corner's depth (B3, B12).
     pub depth: f32,
-    /// Of one origin, to the coordinates that T is worked out from.
+    /// One origin: error of the coordinates that T is computed from (B8).
     pub origin: f32,
-    /// Of T, what products lose to underflow; of one direction, of a depth all that
-    /// does not depend on the triangle.
+    /// One origin: underflow of T. One direction: the part of a depth's error that does not
+    /// depend on the triangle (B12).
     pub tiny: f32,
 }
 
-/// A group's lines as they are counted from the middle.
+/// A group's lines relative to the local frame.
 #[derive(Clone, Copy)]
 pub(super) struct LocalLines<L: Lanes> {
-    /// Of one origin, slopes; of one direction, places at `point`'s depth.
+    /// One origin: slopes. One direction: positions at the depth of `point`.
     pub u: L,
     pub v: L,
-    /// Middle and half extent of u, then of v, not rounded inward.
+    /// Middle and half extent of u and of v, rounded outward.
     pub rect: [[f32; 2]; 2],
 }
 
@@ -84,15 +83,15 @@ impl<L: Lanes> LocalLines<L> {
 }
 
 impl LocalFrame {
-    /// Halfway down the tree along k, or nearly: lines and corners count from this
-    /// number as it is rounded here.
+    /// Returns the middle of the tree along k, rounded. Lines and corners share this number,
+    /// so its rounding adds no error (B1).
     #[inline(always)]
     pub fn halfway(bounds: &Aabb32, k: usize, sign: f32) -> f32 {
         (0.5 * bounds.min[k] + 0.5 * bounds.max[k]) * sign
     }
 
-    /// The line through `place` at the depth `halfway` with these slopes. `origin`:
-    /// the sum of the sizes of all numbers that `place` comes from.
+    /// Places the frame on the line through `place` at the depth `halfway` with these slopes.
+    /// `origin`: sum of the magnitudes that `place` was computed from.
     #[inline(always)]
     fn through(
         place: [f64; 2],
@@ -102,14 +101,14 @@ impl LocalFrame {
         origin: f64,
     ) -> LocalFrame {
         let point = [place[0] as f32, place[1] as f32, halfway];
-        // By this the tile's middle passes beside the point.
+        // β: distance of the beam's middle from the rounded point (B1).
         let beside = |i: usize| (place[i] - f64::from(point[i])).abs();
         let beside = beside(0) + beside(1);
         let sizes = origin + place[0].abs() + place[1].abs() + f64::from(halfway).abs();
         let steep = slopes[0].abs().max(slopes[1].abs());
         let half = (0.5 * bounds.max[k] - 0.5 * bounds.min[k]) * (1.0 + 8.0 * UNIT);
         let half = half + halfway.abs() * (2.0 * UNIT);
-        // Slope times depth is rounded with the depth, across, and as a product.
+        // The constant part of a corner's error (B2).
         let off = steep * half * (3.2 * UNIT);
         let exact = (sizes * DOUBLE + beside * 1.01) as f32;
         LocalFrame {
@@ -125,7 +124,7 @@ impl LocalFrame {
 }
 
 impl<L: Lanes, const S: usize> Beam<L, S> {
-    /// Counts the lines of one origin from their middle.
+    /// Sets the frame and the local lines of rays of one origin.
     #[inline(always)]
     pub fn centre_pinhole(&mut self, bounds: &Aabb32) {
         let [ka, kb, k] = self.frustum.axes;
@@ -168,9 +167,9 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
             }
         }
         centre.wide = wide;
-        // The second parts of directions, and what their sums with the first ones lose;
-        // of a product with a slope, where there is no FMA; and what directions of less than
-        // 10^-30 lose.
+        // λ: the second parts of directions, the loss of their sums with the first ones, the
+        // product with a slope where there is no FMA, and the loss of directions below 10⁻³⁰
+        // (B4).
         let steepest = centre.steep + wide;
         let turned = 2.1 * wide + 8.0 * UNIT * (1.0 + steepest);
         let apart = if cfg!(target_feature = "fma") {
@@ -181,7 +180,7 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
         centre.line_off = (turned + apart) * UNIT + 3e-15;
         let LocalFrame { off, line_off, .. } = centre;
         let (far, tiny) = (self.reach, f32::MIN_POSITIVE);
-        // One rounding of the difference, one of the origin.
+        // ζ: roundings of the difference and of the origin (B3).
         let depth = 2.25 * UNIT * far + tiny;
         centre.bounds = Bounds {
             across: 1.02 * (wide * far + off),
@@ -197,9 +196,9 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
         self.centre = centre;
     }
 
-    /// Counts lines of one direction from the one at `middle`: how far along a and
-    /// b it is from `self.org` where it passes halfway down the tree. `origin`: the
-    /// sum of the sizes of all numbers that lines come from; `slopes`: in f64.
+    /// Sets the frame of rays of one direction. `middle`: offset of the middle ray from
+    /// `self.org` along a and b, halfway down the tree. `origin`: sum of the magnitudes that
+    /// lines were computed from. `slopes`: in f64.
     #[inline(always)]
     pub(super) fn centre_parallel(
         &mut self,
@@ -216,7 +215,7 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
         ];
         let rounded = slopes.map(|s| s as f32);
         let mut centre = LocalFrame::through(place, halfway, rounded, (bounds, k), origin);
-        // What the slopes' rounding turns the lines by.
+        // The slopes' rounding turns lines against corners (B11).
         centre.off += centre.steep * centre.half * (1.05 * UNIT);
         let down = f64::from(halfway) - f64::from(self.org[2]);
         centre.shift = [
@@ -226,22 +225,22 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
         self.centre = centre;
     }
 
-    /// Where the groups' lines of one direction lie, counted from their middle.
+    /// Sets the local lines of rays of one direction.
     #[inline(always)]
     pub fn centre_groups(&mut self) {
         let mut wide = 0.0_f32;
         for (group, lines) in self.groups.iter().zip(&mut self.lines) {
             for (i, shift) in self.centre.shift.into_iter().enumerate() {
                 let [middle, half] = group.rect[i];
-                // The group's numbers are rounded relative to all that they come
-                // from.
+                // The group's coordinates carry the rounding of all that they were
+                // computed from.
                 let half = half + self.shear.rounded(i);
                 lines.rect[i] = [middle + shift, half];
                 wide = wide.max((middle + shift).abs() + half);
             }
         }
         let (off, tiny) = (self.centre.off, f32::MIN_POSITIVE);
-        // Depths count from the near side of the tree.
+        // Depths are measured from the near side of the tree.
         let tree = 2.0 * self.centre.half;
         self.centre.wide = wide;
         self.centre.bounds = Bounds {

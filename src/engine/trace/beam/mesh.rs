@@ -1,4 +1,4 @@
-//! A mesh's triangles before a tile's rays, in the mesh's own space.
+//! The traversal of one mesh by a beam, in the mesh's space.
 
 use super::commit::{Found, commit};
 use super::fast::Fast;
@@ -12,8 +12,8 @@ use crate::scene::MeshId;
 use crate::trace::query::Query;
 use crate::trace::rays::Rays;
 
-/// What a mesh's walk carries along.
-pub(super) struct InMesh<'a, L: Lanes, const S: usize> {
+/// One mesh, and the beam with its closest hits so far.
+pub(super) struct MeshTraversal<'a, L: Lanes, const S: usize> {
     pub(super) entry: &'a TlasEntry,
     pub(super) id: MeshId,
     pub(super) mesh: &'a WideBlas,
@@ -22,40 +22,42 @@ pub(super) struct InMesh<'a, L: Lanes, const S: usize> {
     pub(super) nearest: [Nearest<L>; S],
 }
 
-/// The nearest triangles so far of a group's rays.
+/// The closest triangles so far of a group's rays.
 #[derive(Clone, Copy)]
 pub(super) struct Nearest<L> {
-    /// Rays that have met one.
+    /// Rays with a hit.
     pub met: u32,
-    /// Which, as block · WIDE + slot, carried in lanes.
+    /// Place of the triangle, block · WIDE + slot, carried in lanes.
     pub places: L,
-    /// The same in source order.
+    /// Number of the triangle in source order, carried in lanes.
     pub sources: L,
-    /// Rays some hit of which was not clearly within its triangle's box.
-    pub doubts: u32,
-    /// Guarded: rays of which anything was in doubt. They have met nothing.
+    /// `fast`: rays with a hit that is not clearly within its triangle's box (B18).
+    pub unclear: u32,
+    /// `guarded`: deferred rays. They have no hit.
     pub deferred: u32,
-    /// Guarded: no more than where the nearest hit lies (or what it has to
-    /// precede), and its depth as it is reported. The limit is no less.
+    /// `guarded`: lower bound of the closest hit's depth, or of what it has to precede. The
+    /// group's limit is the upper bound.
     pub least: L,
+    /// `guarded`: the closest hit's depth as it is reported.
     pub depth: L,
 }
 
 impl<L: Lanes> Nearest<L> {
+    /// No hits.
     #[inline(always)]
     pub fn none() -> Nearest<L> {
         Nearest {
             met: 0,
             places: L::zero(),
             sources: L::zero(),
-            doubts: 0,
+            unclear: 0,
             deferred: 0,
             least: L::zero(),
             depth: L::zero(),
         }
     }
 
-    /// A triangle of block `number` for some rays.
+    /// Stores a triangle of block `number` as the closest one of some rays.
     #[inline(always)]
     pub fn take(&mut self, rays: L::Mask, number: usize, slot: usize, source: u32) {
         let carry = |x: u32| L::splat(L::Scalar::carrying(x));
@@ -65,7 +67,7 @@ impl<L: Lanes> Nearest<L> {
         self.sources = L::select(rays, carry(source), self.sources);
     }
 
-    /// One ray's triangle in source order.
+    /// Returns the number of one ray's triangle in source order.
     #[inline(always)]
     pub fn source(&self, lane: usize) -> Option<u32> {
         let source = self.sources.lane(lane).bits() as u32;
@@ -73,8 +75,8 @@ impl<L: Lanes> Nearest<L> {
     }
 }
 
-impl<'a, L: Lanes, const S: usize> InMesh<'a, L, S> {
-    /// Rays that have met nothing yet.
+impl<'a, L: Lanes, const S: usize> MeshTraversal<'a, L, S> {
+    /// Starts a traversal without hits.
     #[inline(always)]
     pub fn new(
         entry: &'a TlasEntry,
@@ -82,7 +84,7 @@ impl<'a, L: Lanes, const S: usize> InMesh<'a, L, S> {
         mesh: &'a WideBlas,
         beam: &'a mut Beam<L, S>,
     ) -> Self {
-        InMesh {
+        MeshTraversal {
             entry,
             id,
             mesh,
@@ -91,7 +93,7 @@ impl<'a, L: Lanes, const S: usize> InMesh<'a, L, S> {
         }
     }
 
-    /// Returns the rays that are not through.
+    /// Traces the mesh and returns the deferred rays.
     #[inline(always)]
     pub fn trace_any<C: Certainty, Q: Query<L>>(
         self,
@@ -151,14 +153,14 @@ impl<'a, L: Lanes, const S: usize> InMesh<'a, L, S> {
             },
         );
         if !Q::ANY {
-            self.commit_all::<P, C, Q>(world, rays, start, queries);
+            self.commit_all::<P, Q>(world, rays, start, queries);
         }
         none
     }
 
-    /// From the nearest triangles' places to hits.
+    /// Commits the closest triangles of `fast` to the queries.
     #[inline(always)]
-    pub fn commit_all<P: Projection, C: Certainty, Q: Query<L>>(
+    pub fn commit_all<P: Projection, Q: Query<L>>(
         &self,
         world: &World,
         rays: &Rays,
@@ -176,7 +178,7 @@ impl<'a, L: Lanes, const S: usize> InMesh<'a, L, S> {
                     nearest,
                 };
                 let group = &self.beam.groups[s];
-                let clear = !P::PARALLEL && (nearest.doubts | group.oblique) & bits == 0;
+                let clear = !P::PARALLEL && (nearest.unclear | group.oblique) & bits == 0;
                 if clear && !self.entry.placed {
                     found.clear::<Q>(group.limit / group.along, &mut queries[s]);
                     continue;
@@ -188,12 +190,12 @@ impl<'a, L: Lanes, const S: usize> InMesh<'a, L, S> {
                 } else {
                     Vec3::splat(self.beam.object_org)
                 };
-                commit::<L, C, Q>(&found, org, dir, packet, world, &mut queries[s]);
+                commit::<L, Q>(&found, org, dir, packet, world, &mut queries[s]);
             }
         }
     }
 
-    /// The rays of each group that may meet a box; whether any does.
+    /// Returns the rays of each group that may hit a box, and whether there are any.
     #[inline(always)]
     pub fn rays_in<P: Projection>(&self, (min, max): ([f32; 3], [f32; 3])) -> ([u32; S], bool) {
         let relative = RelativeBox::new::<P, L, S>(self.beam, min, max);

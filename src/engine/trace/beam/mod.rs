@@ -1,17 +1,14 @@
-//! Tiles: the rays of one origin or of one direction, as a volume through the
-//! wide trees.
+//! Beams: rays of one origin or one direction that pass the wide trees as one volume.
 //!
-//! Pinhole and orthographic rays, shadow rays traced from a point light or
-//! toward a directional one. A tile is a fixed number of consecutive rays,
-//! whatever the lanes; a tile that does not fit (rays that share neither, or go
-//! against each other) is left to other kernels, and so is a mesh of which its
-//! rays see too much at a time.
+//! Beams are pinhole and orthographic camera rays, and shadow rays from a point light or
+//! towards a directional one. A beam is a fixed number of consecutive rays at any lane
+//! width. Rays that share neither origin nor direction, or that do not advance along one
+//! axis, are traced as streams, and so is a mesh of which a beam covers too many blocks.
 //!
-//! In f32 triangles are decided by edge functions that the tile's rays share,
-//! three times as cheap as the watertight test; t is then computed by the steps
-//! that all kernels share, so that kernels which agree on the triangle agree on t.
-//! Guarded, they have error bounds, and rays for which these do not suffice are
-//! left in doubt, for the caller to trace otherwise.
+//! Triangles are tested by edge functions that the rays of a beam share, at a third of the
+//! cost of the watertight test. t is then computed by the steps of all kernels, so kernels
+//! that agree on the triangle agree on t. In `guarded` edge functions have error bounds
+//! (docs/numerics/beams.md), and undecided rays are deferred to a stream.
 
 mod axis_cull;
 mod block;
@@ -29,45 +26,47 @@ mod rays;
 use super::leaf::Tester;
 use super::query::{Found, Query, next_up};
 use super::rays::{Rays, Vectors, load_f32};
+use super::scratch::TraceScratch;
 use super::solids::Packets;
 use super::stream::{Stream, StreamScratch};
 use crate::accel::{STREAM, TlasEntry, WideStack, World};
-use crate::geom::{Certainty, Scratch};
+use crate::geom::Certainty;
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask};
 use crate::scene::{MeshId, Shape};
 use axis_cull::AxisCull;
 use deferred::DeferredRays;
 use glam::DVec3;
-use mesh::InMesh;
+use mesh::MeshTraversal;
 use rays::{Beam, Parallel, Pinhole, RelativeBox};
-use std::cell::Cell;
 
-/// Rays per tile.
+/// Number of rays of a beam.
 pub const BEAM: usize = 64;
 
-/// A tile that covers more blocks of a mesh than this, if its rays lie evenly, is
-/// met as a stream: a block is then for few of its rays.
-const WIDE_TILE: f32 = 96.0;
+/// Expected number of a mesh's blocks that a beam covers, above which the mesh is traced
+/// as a stream: each block is then hit by few of the rays.
+const WIDE_BEAM: f32 = 96.0;
 
-pub(super) struct Tile<'a, L: Lanes, const S: usize> {
+/// The traversal of a world by one beam, `S` groups of as many rays as there are lanes.
+pub(super) struct BeamTraversal<'a, L: Lanes, const S: usize> {
     world: &'a World,
     rays: &'a Rays<'a>,
     first: usize,
-    /// Of the first ray alive: what all have in common is either.
+    /// Origin and direction of the first live ray; all live rays share one of them.
     org: [f64; 3],
     dir: [f64; 3],
     /// World space.
     beam: &'a mut Beam<L, S>,
-    /// For spaces of other meshes.
+    /// The beam in the space of a placed mesh.
     spare: &'a mut Beam<L, S>,
-    /// For single primitives.
+    /// The rays as packets, for single primitives.
     packets: &'a mut Packets<L, S>,
-    /// Rays that some mesh's walk has left in doubt.
+    scratch: &'a mut TraceScratch,
+    /// Rays that the traversal of some mesh has left undecided.
     deferred: u64,
 }
 
-/// Scratch of one thread, reused from tile to tile.
+/// Stacks and streams of wide and nested trees, reused from beam to beam.
 #[derive(Default)]
 pub(super) struct BeamScratch {
     top: WideStack,
@@ -77,27 +76,16 @@ pub(super) struct BeamScratch {
     pub deferred: DeferredRays,
 }
 
-thread_local! {
-    static SCRATCH: Cell<Option<Box<BeamScratch>>> = const { Cell::new(None) };
-}
-
-/// Lends this thread's scratch: making one takes as long as some hundred rays.
-pub(super) fn with_scratch(run: impl FnOnce(&mut BeamScratch)) {
-    let mut scratch = SCRATCH.take().unwrap_or_default();
-    run(&mut scratch);
-    SCRATCH.set(Some(scratch));
-}
-
-/// Places for beams, reused from tile to tile.
-pub(super) struct Beams<L: Lanes, const S: usize> {
+/// Beams of one batch, reused from beam to beam.
+pub(super) struct BeamBuffers<L: Lanes, const S: usize> {
     world: Beam<L, S>,
     object: Beam<L, S>,
     packets: Packets<L, S>,
 }
 
-impl<L: Lanes, const S: usize> Default for Beams<L, S> {
+impl<L: Lanes, const S: usize> Default for BeamBuffers<L, S> {
     fn default() -> Self {
-        Beams {
+        BeamBuffers {
             world: Beam::empty(),
             object: Beam::empty(),
             packets: Packets::none(),
@@ -105,15 +93,16 @@ impl<L: Lanes, const S: usize> Default for Beams<L, S> {
     }
 }
 
-impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
-    /// `None` where the rays share neither origin nor direction, do not start at
-    /// t = 0, or do not advance along one axis.
+impl<'a, L: Lanes, const S: usize> BeamTraversal<'a, L, S> {
+    /// Loads the rays from row `first` on. `None` if they share neither origin nor
+    /// direction, do not start at t = 0, or do not advance along one axis.
     #[inline(always)]
-    pub fn of(
+    pub fn new(
         world: &'a World,
         rays: &'a Rays<'a>,
         first: usize,
-        beams: &'a mut Beams<L, S>,
+        beams: &'a mut BeamBuffers<L, S>,
+        scratch: &'a mut TraceScratch,
     ) -> Option<Self> {
         let end = first + BEAM;
         let (t_min, t_max) = (&rays.t_min[first..end], &rays.t_max[first..end]);
@@ -143,7 +132,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             *alive = Self::alive(rays, at(s));
         }
         let bounds = &world.wide()?.tlas.bounds;
-        let Beams {
+        let BeamBuffers {
             world: beam,
             object: spare,
             packets,
@@ -151,13 +140,13 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         packets.clear();
         let taken = if one_origin {
             let org = DVec3::from_array(org) - world.center;
-            beam.take_in(org.to_array(), dirs, &alive, &alive, bounds)
+            beam.load_pinhole(org.to_array(), dirs, &alive, &alive, bounds)
         } else {
             let center = Vec3::splat(world.center.to_array());
             let orgs = |s: usize| rays.org.lanes(at(s)) - center;
-            beam.take_in_parallel(orgs, dir, &alive, &alive, bounds)
+            beam.load_parallel(orgs, dir, &alive, &alive, bounds)
         };
-        taken.then_some(Tile {
+        taken.then_some(BeamTraversal {
             world,
             rays,
             first,
@@ -166,17 +155,18 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             beam,
             spare,
             packets,
+            scratch,
             deferred: 0,
         })
     }
 
-    /// The rays of a group that are no padding.
+    /// Returns the rays of a group that are not padding.
     #[inline(always)]
     fn alive(rays: &Rays, first: usize) -> L::Mask {
         load_f32::<L>(&rays.t_max[first..]).gt(L::zero())
     }
 
-    /// The rays of each group that may meet a box.
+    /// Returns the rays of each group that may hit a box.
     #[inline(always)]
     fn reach_box(&self, min: [f32; 3], max: [f32; 3]) -> [L::Mask; S] {
         let beam = &*self.beam;
@@ -195,20 +185,19 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         active
     }
 
-    /// Everything in the world. Returns the rays whose answer is in doubt, for
-    /// another kernel to trace.
+    /// Traces the beam through the world. Returns the undecided rays, to be traced as a
+    /// stream.
     #[inline(always)]
     pub fn trace<C: Certainty, Q: Query<L>>(
         mut self,
         queries: &mut [Q; S],
-        scratch: &mut BeamScratch,
+        walk: &mut BeamScratch,
     ) -> u64 {
         let world = self.world;
         if !world.unbounded.is_empty() {
             for (s, query) in queries.iter_mut().enumerate() {
                 let packet = self.packets.get(s, self.rays, self.first, world);
-                let kernels = &mut scratch.streams.kernels;
-                Tester::<L, C>::new(world, packet).unbounded(query, kernels);
+                Tester::<L, C>::new(world, packet, self.scratch).unbounded(query);
             }
         }
         let BeamScratch {
@@ -216,7 +205,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             mesh: mesh_stack,
             streams,
             ..
-        } = scratch;
+        } = walk;
         for (entry, id) in world.unbounded_meshes() {
             let asking = |query: &Q| query.limit().ge(L::zero());
             let active = queries.each_ref().map(asking);
@@ -254,6 +243,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         if C::GUARDED { self.deferred } else { 0 }
     }
 
+    /// Tests one entry of the TLAS.
     #[inline(always)]
     fn entry<C: Certainty, Q: Query<L>>(
         &mut self,
@@ -265,7 +255,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         match entry.shape {
             Shape::Mesh(id) => {
                 let (world, rays, first) = (self.world, self.rays, self.first);
-                let through = |inside: InMesh<L, S>, queries: &mut [Q; S]| {
+                let through = |inside: MeshTraversal<L, S>, queries: &mut [Q; S]| {
                     inside.trace_any::<C, Q>(world, rays, first, queries, stack)
                 };
                 if entry.placed {
@@ -274,17 +264,13 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
                     self.mesh_in_world::<C, Q>(entry, id, queries, streams, through);
                 }
             }
-            _ => self.solid::<C, Q>(entry, queries, &mut streams.kernels),
+            _ => self.solid::<C, Q>(entry, queries),
         }
     }
 
+    /// Tests a single primitive or CSG solid, packet by packet.
     #[inline(always)]
-    fn solid<C: Certainty, Q: Query<L>>(
-        &mut self,
-        entry: &TlasEntry,
-        queries: &mut [Q; S],
-        kernels: &mut Scratch,
-    ) {
+    fn solid<C: Certainty, Q: Query<L>>(&mut self, entry: &TlasEntry, queries: &mut [Q; S]) {
         let mut active = self.reach_box(entry.bounds.min, entry.bounds.max);
         if !entry.placed {
             self.pass_by(entry.shape, &mut active);
@@ -292,13 +278,14 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         for (s, query) in queries.iter_mut().enumerate() {
             if active[s].any() {
                 let packet = self.packets.get(s, self.rays, self.first, self.world);
-                Tester::<L, C>::new(self.world, packet).solid(entry, active[s], query, kernels);
+                Tester::<L, C>::new(self.world, packet, self.scratch)
+                    .solid(entry, active[s], query);
                 self.beam.limit_t::<C, Q>(s, query.limit());
             }
         }
     }
 
-    /// Leaves out the rays that pass by a shape in world space.
+    /// Removes the rays that pass by the axis of a cylinder or cone in world space.
     #[inline(always)]
     fn pass_by(&self, shape: Shape, active: &mut [L::Mask; S]) {
         let scene = &self.world.scene;
@@ -317,7 +304,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         }
     }
 
-    /// A mesh in world space; `through` meets its triangles.
+    /// Traces a mesh in world space; `through` tests its triangles.
     #[inline(always)]
     fn mesh_in_world<C: Certainty, Q: Query<L>>(
         &mut self,
@@ -325,16 +312,16 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         id: MeshId,
         queries: &mut [Q; S],
         streams: &mut StreamScratch,
-        through: impl FnOnce(InMesh<L, S>, &mut [Q; S]) -> [L::Mask; S],
+        through: impl FnOnce(MeshTraversal<L, S>, &mut [Q; S]) -> [L::Mask; S],
     ) {
         let Some(mesh) = self.world.wide_mesh(id) else {
             return;
         };
-        if self.beam.blocks_across(mesh) > WIDE_TILE {
+        if self.beam.blocks_across(mesh) > WIDE_BEAM {
             let active = self.reach_box(entry.bounds.min, entry.bounds.max);
             self.as_stream::<C, Q>(entry, id, &active, queries, streams);
         } else {
-            let inside = InMesh::new(entry, id, mesh, self.beam);
+            let inside = MeshTraversal::new(entry, id, mesh, self.beam);
             let deferred = through(inside, queries);
             self.defer::<C>(&deferred);
         }
@@ -346,7 +333,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         }
     }
 
-    /// A mesh in a space of its own: the same rays there, as a beam anew.
+    /// Traces a placed mesh by a beam of the same rays in its space.
     #[inline(never)]
     fn placed_mesh<C: Certainty, Q: Query<L>>(
         &mut self,
@@ -354,7 +341,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         id: MeshId,
         queries: &mut [Q; S],
         streams: &mut StreamScratch,
-        through: impl FnOnce(InMesh<L, S>, &mut [Q; S]) -> [L::Mask; S],
+        through: impl FnOnce(MeshTraversal<L, S>, &mut [Q; S]) -> [L::Mask; S],
     ) {
         let Some(mesh) = self.world.wide_mesh(id) else {
             return;
@@ -371,13 +358,13 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         let taken = if self.beam.parallel {
             let orgs =
                 |s: usize| map.points(self.rays.org.lanes(at(s))) - Vec3::splat(center.to_array());
-            beam.take_in_parallel(orgs, map.vector(self.dir), &all, &active, bounds)
+            beam.load_parallel(orgs, map.vector(self.dir), &all, &active, bounds)
         } else {
             let dirs = |s: usize| map.vectors(self.rays.dir.lanes(at(s)));
             let org = DVec3::from_array(map.point(self.org)) - center;
-            beam.take_in(org.to_array(), dirs, &all, &active, bounds)
+            beam.load_pinhole(org.to_array(), dirs, &all, &active, bounds)
         };
-        if !taken || beam.blocks_across(mesh) > WIDE_TILE {
+        if !taken || beam.blocks_across(mesh) > WIDE_BEAM {
             self.as_stream::<C, Q>(entry, id, &active, queries, streams);
             return;
         }
@@ -385,7 +372,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         for (s, query) in queries.iter().enumerate() {
             beam.limit_t::<C, Q>(s, L::select(active[s], query.limit(), asleep));
         }
-        let inside = InMesh::new(entry, id, mesh, beam);
+        let inside = MeshTraversal::new(entry, id, mesh, beam);
         let deferred = through(inside, queries);
         self.defer::<C>(&deferred);
         for (s, query) in queries.iter().enumerate() {
@@ -393,6 +380,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         }
     }
 
+    /// Marks rays as deferred.
     #[inline(always)]
     fn defer<C: Certainty>(&mut self, rays: &[L::Mask; S]) {
         if C::GUARDED {
@@ -402,11 +390,11 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         }
     }
 
-    /// A mesh in whose space the rays do not advance together, or are too far from
-    /// each other to be met as one volume; or one that no tree has.
+    /// Traces a mesh as a stream: its rays do not form a beam in its space, are too far
+    /// apart, or the mesh has no bounds.
     #[inline(never)]
     fn as_stream<C: Certainty, Q: Query<L>>(
-        &self,
+        &mut self,
         entry: &TlasEntry,
         id: MeshId,
         active: &[L::Mask; S],
@@ -419,7 +407,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
                 let (s, lane) = ((begin + i) / L::COUNT, (begin + i) % L::COUNT);
                 set |= u64::from(active[s].bits() >> lane & 1) << i;
                 let limit = queries[s].limit().lane(lane);
-                // Just beyond the ray's own: ties are for that query to settle.
+                // Just beyond the ray's limit, so that its own query settles ties.
                 let limit = if Q::ANY { limit } else { next_up(limit) };
                 Q::together(<L::Single as Lanes>::splat(limit))
             });
@@ -428,7 +416,8 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
                 rays: self.rays,
                 first: self.first + begin,
             };
-            stream.mesh_alone::<L::Single, C, _>(entry, id, set, &mut nearest, streams);
+            let scratch = &mut *self.scratch;
+            stream.mesh_alone::<L::Single, C, _>(entry, id, set, &mut nearest, streams, scratch);
             for (i, query) in nearest.iter().enumerate() {
                 let Some((at, id)) = query.found(0) else {
                     continue;
@@ -437,19 +426,18 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
                 if !queries[s].try_commit(lane, at, id) {
                     let packet = self.rays.packet(self.first + s * L::COUNT, self.world);
                     let here = L::Mask::from_bits(1 << lane);
-                    let (tester, kernels) = (
-                        Tester::<L, C>::new(self.world, &packet),
-                        &mut streams.kernels,
+                    Tester::<L, C>::new(self.world, &packet, self.scratch).decide(
+                        here,
+                        id,
+                        &mut queries[s],
                     );
-                    tester.decide(here, id, &mut queries[s], Some(kernels));
                 }
             }
         }
     }
 }
 
-/// Whether all rays of a tile that are alive have the same point or vector as one
-/// of them.
+/// Whether all live rays have the same point or vector as `leader`.
 #[inline(always)]
 fn all_like<X: Copy + PartialEq>(
     columns: &[&[X]; 3],

@@ -1,12 +1,11 @@
-//! Rays of one direction as a beam.
+//! Beams of one direction.
 //!
-//! Along the main axis k of the direction each ray is the line x = u + s_a·z,
-//! y = v + s_b·z, where s are the slopes that all share and depths count from
-//! the near side of the tree; shearing by the slopes makes points of the lines,
-//! (u, v).
+//! Along the main axis k of the direction each ray is the line x = u + s_a·z, y = v + s_b·z,
+//! with the slopes s that all rays share and depths z from the near side of the tree. A
+//! shear by the slopes turns lines into points (u, v).
 //!
-//! What these numbers are relative to is the tree's alone: which rays make a tile
-//! with it changes no bit of what a ray meets. tests/visibility/parallel.rs holds that.
+//! These numbers are relative to the tree alone, so the other rays of a beam change no bit
+//! of a ray's hit (tests/visibility/parallel.rs).
 
 use super::local_frame::LocalFrame;
 use super::rays::{Beam, LEAST_SLOPE, RelativeBox, SHORTEST, SOONEST, main_axis};
@@ -14,53 +13,52 @@ use crate::accel::Frustum;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb32, Vec3};
 
-/// What the rays of one direction share.
+/// The shear of a beam of one direction.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Shear {
     /// d_a / |d_k| and d_b / |d_k|; at most 1.
     pub slopes: [f32; 2],
-    /// Their inverses; of nearly zero, those of [`LEAST_SLOPE`].
+    /// Inverses of the slopes; of [`LEAST_SLOPE`] where these are smaller.
     inverse: [f32; 2],
-    /// What boxes grow by along (a, b, k).
+    /// Padding of boxes along (a, b, k) (B16).
     pad: [f32; 3],
 }
 
 impl Shear {
-    /// How far a line may be off that is counted from the near side of the tree, along
-    /// a (0) or b (1).
+    /// Bounds the error of a line's coordinate from the near side of the tree, along a (0)
+    /// or b (1).
     #[inline(always)]
     pub fn rounded(&self, i: usize) -> f32 {
         self.pad[i] * 0.0625
     }
 
-    /// More than a line may be off, and where kernels of f32 see it.
+    /// Bounds the distance between a line and what f32 kernels make of it (B15).
     #[inline(always)]
     pub fn passing(&self) -> f64 {
         f64::from(self.pad[0]) + f64::from(self.pad[1])
     }
 }
 
-/// Where a group's rays start.
+/// Starts of a group's rays of one direction.
 #[derive(Clone, Copy)]
 pub(super) struct LocalStarts<L: Lanes> {
-    /// Rounded to the lanes' type; of rays that are not alive, the middle ray's.
+    /// Rounded to the lanes' type; padding has the middle ray's.
     pub org: Vec3<L>,
-    /// Depths: negative before the tree.
+    /// Depth of the start; negative in front of the tree.
     pub depth: L,
-    /// What a depth may be wrong by that a t was turned into, generously.
+    /// Bound of the error of a depth that was converted from t (B17).
     pub slack: L,
 }
 
-/// Farther off, a slope of nearly zero overflows.
+/// Largest reach of a beam of one direction: beyond it, inverses of small slopes overflow.
 const FARTHEST: f32 = 1e20;
 
 impl<L: Lanes, const S: usize> Beam<L, S> {
-    /// Takes in other rays. `org`: of a group's rays; `alive`: the others take
-    /// the place of the middle ray. False where f32 does not reach; then nothing
-    /// may be asked, which is the same for all widths, and whatever the limits that
-    /// have put rays of `all` to sleep.
+    /// Loads rays of one direction; those that are not `alive` are replaced by the middle
+    /// ray. Returns false if numbers leave the range of f32; the beam is then undefined. The
+    /// result is the same at every width and for any set of finished rays of `all`.
     #[inline(always)]
-    pub fn take_in_parallel(
+    pub fn load_parallel(
         &mut self,
         org: impl Fn(usize) -> Vec3<L::Double>,
         dir: [f64; 3],
@@ -105,12 +103,12 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
         let size = (0..3).fold(0.0_f32, |m, k| m.max(bounds.max[k] - bounds.min[k]));
         let mut lines = [[f32::INFINITY, f32::NEG_INFINITY]; 2];
         let mut spread = [0.0_f32; 3];
-        // As truth has them; halfway down the tree lines count from the middle ray's.
+        // Slopes in f64: halfway down the tree lines are relative to the middle ray.
         let steady = [
             exact_dir[ka] / exact_dir[k].abs(),
             exact_dir[kb] / exact_dir[k].abs(),
         ];
-        // The very number that corners count from.
+        // The same rounded number that corners are relative to (B1).
         let halfway = f64::from(LocalFrame::halfway(bounds, k, sign)) - place[2];
         let mut first = f32::INFINITY;
         let inverse = slopes.map(|s| {
@@ -151,8 +149,8 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
             starts.org = Vec3::new(L::narrow(org.x), L::narrow(org.y), L::narrow(org.z));
             starts.depth = L::narrow(depth);
             first = first.min(starts.depth.least().to_f64() as f32);
-            // Of a t that leads into the tree, its depth is a difference: rounded
-            // relative to the start and to the tree. Per ray, as it decides.
+            // The depth of a t in the tree is a difference, rounded relative to the start
+            // and to the tree (B17). It is kept per ray, since it decides.
             let extent = starts.depth.abs() + L::from_f32(size);
             starts.slack = extent * L::from_f32(8.0 * f32::EPSILON);
             let group = &mut self.groups[s];
@@ -162,8 +160,8 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
             group.inv_u = u * L::from_f32(inverse[0]);
             group.inv_v = v * L::from_f32(inverse[1]);
         }
-        // The largest distance along each axis: from the starts to the far side
-        // of the tree, or from the origin.
+        // Largest distance along each axis, from the starts or the origin to the far side
+        // of the tree.
         let mut reach = [0.0_f32; 3];
         for (i, reach) in reach.iter_mut().enumerate() {
             let side = if i == 2 { sign } else { 1.0 };
@@ -172,12 +170,12 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
             *reach = far.max(about[i].abs()) + spread[i];
         }
         self.reach = reach[0].max(reach[1]).max(reach[2]);
-        // As comparisons that NaN does not pass.
+        // NaN fails these comparisons.
         if !(self.reach < FARTHEST && along as f32 * SOONEST <= self.reach) {
             return false;
         }
-        // LocalStarts, slopes and lines are rounded a few times each, relative to
-        // these; the frustum adds a pad of its own.
+        // Starts, slopes and lines are rounded a few times each, relative to these (B16); the
+        // frustum adds its own pad.
         let sheared = [reach[0] + reach[2], reach[1] + reach[2], reach[2]];
         let pad = sheared.map(|r| r * (32.0 * f32::EPSILON) + f32::MIN_POSITIVE);
         let [u, v] = lines;
@@ -186,7 +184,7 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
         let low = [low[0] - pad[0], low[1] - pad[1], low[2] - pad[2]];
         let high = [high[0] + pad[0], high[1] + pad[1], high[2] + pad[2]];
         let degenerate = slopes.map(|s| [s, s]);
-        // What ends before the first ray begins is passed over.
+        // Boxes that end before the first ray starts are culled.
         let floor = (first - 2.0 * pad[2]).max(0.0);
         self.frustum = Frustum::new(axes, sign, (low, high), floor, degenerate, bounds);
         self.org = about;
@@ -194,11 +192,11 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
         self.shear = Shear {
             slopes,
             inverse,
-            // With that of the frustum.
+            // Twice, to include the pad of the frustum (B16).
             pad: sheared.map(|r| r * (64.0 * f32::EPSILON) + 2.0 * f32::MIN_POSITIVE),
         };
         self.parallel = true;
-        // Slopes are at most 1: what depths add to a line is no more than they are.
+        // Slopes are at most 1, so a depth adds at most itself to a line.
         let origin = about.iter().zip(&reach).fold(0.0, |sum, (place, reach)| {
             sum + 2.0 * f64::from(place.abs()) + 2.0 * f64::from(*reach)
         });
@@ -206,7 +204,7 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
         true
     }
 
-    /// A box's planes over depth, for a line through (0, 0).
+    /// Returns the depths at which the line through (0, 0) crosses a padded box's planes.
     #[inline(always)]
     pub(super) fn sheared_box(&self, min: [f32; 3], max: [f32; 3]) -> RelativeBox {
         let [a, b, k] = self.frustum.axes;
@@ -228,7 +226,7 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
         RelativeBox([x0, x1, y0, y1, near.max(0.0), far])
     }
 
-    /// The rays of a group that may meet a box before their limits.
+    /// Returns the rays of a group that may hit a box before their limits (B16).
     #[inline(always)]
     pub(super) fn reach_sheared(&self, s: usize, planes: &RelativeBox) -> L::Mask {
         let (group, starts) = (&self.groups[s], &self.starts[s]);

@@ -1,4 +1,4 @@
-//! A tile's rays in one space, as lines over the depth along their main axis.
+//! A beam's rays in one space, as lines over depth along their main axis.
 
 use super::local_frame::{LocalFrame, LocalLines};
 use super::parallel::{LocalStarts, Shear};
@@ -8,9 +8,9 @@ use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb32, Vec3};
 use crate::trace::query::Query;
 
-/// What a tile's rays have in common, at compile time.
+/// What the rays of a beam share, at compile time: origin or direction.
 pub(super) trait Projection {
-    /// The direction; or else the origin.
+    /// Whether the rays share their direction, else their origin.
     const PARALLEL: bool;
 }
 
@@ -28,84 +28,83 @@ impl Projection for Parallel {
     const PARALLEL: bool = true;
 }
 
-/// As many rays as there are lanes. Depths count along the main axis k: from the
-/// one origin, z = t·|d_k|, or from the near side of the tree.
+/// As many rays of a beam as there are lanes. Depths are measured along the main axis k:
+/// from the shared origin, z = t·|d_k|, or from the near side of the tree.
 #[derive(Clone, Copy)]
 pub(super) struct RayGroup<L: Lanes> {
-    /// Rounded to the lanes' type; of rays that are not alive, the middle ray's.
+    /// Rounded to the lanes' type; padding has the middle ray's.
     pub dir: Vec3<L>,
-    /// What that rounding has taken off, to a second rounding.
+    /// Loss of that rounding, itself rounded to the lanes' type.
     pub low: Vec3<L>,
-    /// Which line a ray is. Of one origin: its slopes, d_a / |d_k| and
-    /// d_b / |d_k|. Of one direction: where it is at depth 0 along a and b.
+    /// Coordinates of the line. One origin: its slopes, d_a / |d_k| and d_b / |d_k|. One
+    /// direction: its position along a and b at depth 0.
     pub u: L,
     pub v: L,
-    /// 1/u and 1/v; of one direction, u and v over the slopes.
+    /// 1/u and 1/v; for one direction, u and v over the slopes.
     pub(super) inv_u: L,
     pub(super) inv_v: L,
     /// |d_k|.
     pub along: L,
-    /// Rays whose own main axis may not be the tile's.
+    /// Rays whose own main axis may differ from the beam's.
     pub oblique: u32,
-    /// The depth beyond which nothing matters; negative where done.
+    /// Depth beyond which no hit matters; negative for finished rays.
     pub limit: L,
-    /// The greatest of these, not rounded down.
+    /// Greatest limit of the group, rounded up.
     pub deepest: f32,
-    /// Middle and half extent of u, then of v, not rounded inward.
+    /// Middle and half extent of u and of v, rounded outward.
     pub rect: [[f32; 2]; 2],
 }
 
+/// `S` groups of rays, and what they share in one space.
 pub(super) struct Beam<L: Lanes, const S: usize> {
-    /// Which kind of [`Projection`] the rays are.
+    /// Whether the rays share their direction: see [`Projection`].
     pub parallel: bool,
     pub frustum: Frustum,
-    /// Of all rays of one origin, at the lanes' precision.
+    /// The shared origin at the lanes' precision.
     pub object_org: [L::Scalar; 3],
+    /// The shared origin.
     pub exact_org: [f64; 3],
-    /// The same in f32 along (a, b, k), k times the sign; of one direction, the
+    /// The shared origin in f32 along (a, b, k), k times the sign; for one direction, the
     /// middle of the tree's near side.
     pub org: [f32; 3],
     pub groups: [RayGroup<L>; S],
-    /// Of one direction.
+    /// One direction: its shear, and where rays start.
     pub shear: Shear,
     pub starts: [LocalStarts<L>; S],
-    /// Guarded: what lines and corners are counted from.
+    /// `guarded`: the line that lines and corners are relative to.
     pub centre: LocalFrame,
     pub lines: [LocalLines<L>; S],
     /// 1 or the greatest |slope|.
     pub steepest: f32,
-    /// Of one origin: the greatest |u| and |v|, a little more; and the origin's largest
-    /// coordinate.
+    /// One origin: the greatest |u| and |v|, rounded up.
     pub widest: [f32; 2],
+    /// One origin: its largest coordinate.
     pub origin: f32,
-    /// The largest distance, along an axis, from the origin or from the rays'
-    /// to the far side of the tree.
+    /// Largest distance, along an axis, from the origin of the space or of the rays to the
+    /// far side of the tree.
     pub reach: f32,
 }
 
-/// Steeper rays, against the main axis, are left to other kernels.
+/// Largest slope of a beam's rays; steeper ones are traced as a stream.
 const STEEPEST: f32 = 8.0;
 
-/// Directions that are shorter along the main axis are left to other kernels, too:
-/// f32 would round them, and depths, to fewer bits. So are longer ones: it would round
-/// their inverses.
+/// Least and greatest length of a beam's directions along the main axis (B4, B13): beyond
+/// them f32 would round directions, depths or inverses to fewer bits.
 pub(super) const SHORTEST: f64 = 1e-30;
 const LONGEST: f64 = 1e30;
 
-/// What is not within this is left to other kernels, too: boxes are cut off there, and an
-/// origin may be infinite.
+/// Largest reach of a beam (B13): boxes are cut off there, and an origin may be infinite.
 const FARTHEST: f32 = 1e38;
 
-/// And so is what the longest direction comes to within a t of this: f32 would round t's,
-/// and limits with them, by more than a rounding of the way. 2^-102, the least normal
-/// number over 2^-24.
+/// Least t of a beam (B13): 2⁻¹⁰², the least normal number over 2⁻²⁴. f32 would round smaller
+/// t, and limits with them, by more than a rounding of the distance.
 pub(super) const SOONEST: f32 = f32::MIN_POSITIVE / (0.5 * f32::EPSILON);
 
-/// Less than this counts as this, of either sign.
+/// Least magnitude of a slope that is divided by; smaller ones count as this.
 pub(super) const LEAST_SLOPE: f32 = 1e-12;
 
 impl<L: Lanes, const S: usize> Beam<L, S> {
-    /// A place for the rays of one tile after another.
+    /// Makes room for the rays of one beam after another.
     pub fn empty() -> Self {
         let zero = L::zero();
         let group = RayGroup {
@@ -144,13 +143,12 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
         }
     }
 
-    /// Takes in other rays. `org`: of all rays; `alive`: the others take the
-    /// place of the middle ray. False where the rays do not advance together
-    /// along one axis; then nothing may be asked. The same for all widths, and
-    /// whatever the limits that have put rays to sleep: the main axis is that of
-    /// the middle ray of `all`.
+    /// Loads rays of one origin; those that are not `alive` are replaced by the middle ray.
+    /// Returns false if the rays do not advance together along one axis; the beam is then
+    /// undefined. The result is the same at every width and for any set of finished rays:
+    /// the main axis is that of the middle ray of `all`.
     #[inline(always)]
-    pub fn take_in(
+    pub fn load_pinhole(
         &mut self,
         org: [f64; 3],
         dirs: impl Fn(usize) -> Vec3<L::Double>,
@@ -224,11 +222,11 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
                 .max((high - org[i]).abs())
                 .max(org[i].abs())
         });
-        // As comparisons that NaN does not pass.
+        // NaN fails these comparisons.
         if !(self.reach < FARTHEST && longest * SOONEST <= self.reach) {
             return false;
         }
-        // Slopes may be denormal.
+        // 1e-30 covers slopes that are denormal.
         self.widest = slopes.map(|[low, high]| low.abs().max(high.abs()) + 1e-30);
         self.origin = org.iter().fold(0.0, |m, x| x.abs().max(m));
         self.steepest = slopes.iter().flatten().fold(1.0_f32, |m, x| m.max(x.abs()));
@@ -236,8 +234,8 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
         true
     }
 
-    /// The direction of the tile's middle ray, or of the first one alive, and what its
-    /// rounding has taken off.
+    /// Returns the direction of the middle ray, or of the first live one, as its rounding and
+    /// the loss of that.
     #[inline(always)]
     fn middle_ray(&self, alive: &[L::Mask; S]) -> Option<([L::Scalar; 3], [L::Scalar; 3])> {
         let ray = |i: usize| {
@@ -248,7 +246,7 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
         self.middle_of(alive).map(ray)
     }
 
-    /// Its number.
+    /// Returns the index of the middle ray, or of the first live one.
     #[inline(always)]
     pub(super) fn middle_of(&self, alive: &[L::Mask; S]) -> Option<usize> {
         let is_alive = |i: &usize| alive[i / L::COUNT].bits() >> (i % L::COUNT) & 1 != 0;
@@ -259,10 +257,9 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
         (0..S * L::COUNT).find(is_alive)
     }
 
-    /// Takes over each ray's limit in t; negative ones are done. A little beyond
-    /// where the depth does not decide: depths and t's are rounded apart. Of
-    /// closest hits, which of two shapes is nearer is for their t's to say,
-    /// whichever comes first.
+    /// Converts each ray's limit from t to depth; negative limits mark finished rays. Where
+    /// the depth does not decide, the limit grows by the roundings between depth and t (B10,
+    /// B17), since closest hits of different shapes are compared by t.
     #[inline(always)]
     pub fn limit_t<C: Certainty, Q: Query<L>>(&mut self, s: usize, limit: L) {
         let decides = Q::ANY && !C::GUARDED;
@@ -284,8 +281,8 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
         group.set_deepest();
     }
 
-    /// How many of a mesh's blocks the rays' rectangle covers, were they as many
-    /// at each place of the mesh's box, seen along the main axis.
+    /// Estimates the number of a mesh's blocks that the rays' rectangle covers, if blocks are
+    /// spread evenly over the mesh's box as seen along the main axis.
     #[inline(always)]
     pub fn blocks_across(&self, mesh: &WideBlas) -> f32 {
         let Frustum { axes, sign, .. } = self.frustum;
@@ -298,13 +295,13 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
         share(0) * share(1) * mesh.blocks.len() as f32
     }
 
-    /// The largest depth that still matters to any ray; negative if none does.
+    /// Returns the greatest limit of all rays; negative if all are finished.
     #[inline(always)]
     pub fn deepest(&self) -> f32 {
         self.groups.iter().fold(-1.0, |m, g| m.max(g.deepest))
     }
 
-    /// The rays of a group that may meet a box before their limits.
+    /// Returns the rays of a group that may hit a box before their limits (B16).
     #[inline(always)]
     pub fn reach_box<P: Projection>(&self, s: usize, relative: &RelativeBox) -> L::Mask {
         if P::PARALLEL {
@@ -324,8 +321,8 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
     }
 }
 
-/// The axis that a direction is longest along, after the other two, and the
-/// direction's sign along it.
+/// Returns the axes (a, b, k), k being the one along which a direction is longest, and the
+/// direction's sign along k.
 #[inline(always)]
 pub(super) fn main_axis<X: Scalar>(dir: [X; 3]) -> ([usize; 3], f32) {
     let size = [
@@ -345,7 +342,7 @@ pub(super) fn main_axis<X: Scalar>(dir: [X; 3]) -> ([usize; 3], f32) {
 }
 
 impl<L: Lanes> RayGroup<L> {
-    /// Which lines the rays are; widens `all`, the range of every group's.
+    /// Sets the lines' coordinates, and widens `all` to include them (B16).
     #[inline(always)]
     pub(super) fn set_lines(&mut self, u: L, v: L, all: &mut [[f32; 2]; 2]) {
         self.u = u;
@@ -364,6 +361,7 @@ impl<L: Lanes> RayGroup<L> {
         }
     }
 
+    /// Updates the greatest limit of the group.
     #[inline(always)]
     pub fn set_deepest(&mut self) {
         let deepest = self.limit.greatest().to_f64() as f32;
@@ -371,8 +369,8 @@ impl<L: Lanes> RayGroup<L> {
     }
 }
 
-/// A box relative to the origins, grown by the pad: x, y, then the depths. For
-/// rays of one direction, all six are depths.
+/// A padded box relative to the origin: ranges of x, y and depth. For rays of one direction
+/// all three are ranges of depth.
 #[derive(Clone, Copy)]
 pub(super) struct RelativeBox(pub(super) [f32; 6]);
 

@@ -1,128 +1,124 @@
-//! Many rays against a CSG solid: Roth's walk in lanes.
+//! CSG solids in lanes: Roth's walk (1982) for a packet of rays.
 //!
-//! Every operand keeps each ray's next boundary, and which rays are inside. The
-//! nearest boundaries are flipped, the program is asked, and where its answer
-//! changes is the hit. Boundaries are known between two numbers; rays for which
-//! that does not say what comes first are in doubt. Without bounds the two numbers
-//! are one.
+//! For each operand the walk keeps every ray's next boundary, and whether the ray is
+//! inside. It flips the operand of the nearest boundary and evaluates the program; the hit
+//! is where the program's value changes. In `guarded` a boundary is an interval of t, and
+//! rays whose intervals overlap are undecided (K1). In `fast` both ends of the interval
+//! are equal.
 
 mod ends;
 mod track;
+mod walk;
 
-use crate::accel::{CoincidentFace, PreparedCsg, Slabs};
+use crate::accel::{PreparedCsg, Slabs};
 use crate::csg::Restricted;
-use crate::geom::guarded::Ends;
-use crate::geom::primitive::Boundaries;
-use crate::geom::{self, Certainty};
+use crate::geom::Certainty;
 use crate::math::lanes::{Lanes, Mask, Scalar};
-use crate::roots::Solver;
-use crate::scene::{Shape, Tables};
+use crate::scene::Tables;
 use crate::trace::packet::Packet;
-use arrayvec::ArrayVec;
+use crate::trace::scratch::{TraceScratch, TypedSlots};
+use ends::event_width;
 pub(in crate::trace) use ends::{Frames, Spaces, ends};
-use ends::{blur, passes, wider};
-use glam::DVec3;
-use std::cell::Cell;
-use std::iter::repeat_n;
-use track::{Track, last_behind};
+pub(in crate::trace) use walk::is_sharp;
+use walk::run;
 
-/// What some rays meet of a CSG solid first.
-pub(in crate::trace) struct Met<L: Lanes> {
+/// First hits of a packet's rays on a CSG solid; one bit or entry per lane.
+pub(in crate::trace) struct CsgHits<L: Lanes> {
     pub hit: u32,
     pub unsure: u32,
-    /// Rays that lanes are of no use for, beyond `t`.
+    /// Rays that the scalar walk has to trace from `t` on.
     pub left: u32,
     pub t: L,
     pub within: [L; 2],
-    /// By lane: of hits, what [`super::Crossing`] says.
+    /// Of hits, as [`super::Crossing::primitive`].
     pub primitive: [u32; 16],
 }
 
-/// Reused from packet to packet.
+/// Buffers of the walk in lanes, reused from packet to packet.
 #[derive(Default)]
-struct LaneScratch {
+pub(in crate::trace) struct LaneScratch {
     operands: Vec<u32>,
-    /// In `fast` the same, with their boxes.
+    /// In `fast`: operand in the upper half of a word, box in the lower.
     boxed: Vec<u64>,
     program: Restricted,
     values: Vec<u32>,
+    /// A `Vec<[L; 3]>` per width: the boundaries of operands that may have many.
+    pub(in crate::trace) rows: TypedSlots,
+    /// Roots that a chosen solver finds on one line.
+    roots: Vec<f64>,
 }
 
-thread_local! {
-    static SCRATCH: Cell<Option<Box<LaneScratch>>> = const { Cell::new(None) };
-}
+/// Number of operands along a packet up to which it is traced in lanes; packets with more
+/// are split.
+const MAX_OPERANDS: usize = 64;
 
-/// So many operands of a packet are met in lanes; of more than these each ray is
-/// met by itself.
-const MOST: usize = 64;
+/// Number of gates up to which programs are evaluated in lanes.
+const MAX_GATES: usize = 256;
 
-/// So many gates, at most.
-const TALL: usize = 256;
-
-/// The rays of `active` lanes up to `limit`.
+/// Finds the first hits of the `active` rays up to `limit`.
 #[inline]
 pub(in crate::trace) fn first<L: Lanes, C: Certainty>(
-    (csg, tables): (&PreparedCsg, &Tables),
+    csg: &PreparedCsg,
+    tables: &Tables,
     object: &Packet<L>,
     active: u32,
     limit: L,
-    kernels: &mut geom::Scratch,
-) -> Met<L> {
-    // Boundaries that are one within a distance are left to the other function; so
-    // are tall programs, of which a ray changes few gates: here all are worked out.
+    scratch: &mut TraceScratch,
+) -> CsgHits<L> {
+    // The scalar walk handles solids with a tolerance. It also handles tall programs: it
+    // updates the few gates that a ray changes, while lanes evaluate all of them.
     let solid = &csg.solid;
-    let is_tall = solid.program.gates() > TALL;
-    // So is all of a solid with meshes where an answer may depend on who gives it.
+    let is_tall = solid.program.gates() > MAX_GATES;
+    // In `fast` it also handles solids with meshes, so that answers do not depend on whether
+    // lanes or the scalar walk give them.
     let has_meshes = solid.has_meshes() && !C::GUARDED;
     if is_tall || has_meshes || solid.tolerance > 0.0 {
-        return Met::left(active);
+        return CsgHits::for_fallback(active);
     }
-    let mut scratch = SCRATCH.take().unwrap_or_default();
-    let solid = (csg, tables);
-    let met = parts::<L, C>(solid, object, active, limit, (&mut scratch, kernels));
-    SCRATCH.set(Some(scratch));
-    met
+    first_by_parts::<L, C>((csg, tables), object, active, limit, scratch)
 }
 
-/// Rays that together have too many operands before them are taken by halves.
+/// Finds first hits, halving the set of rays while too many operands lie along it.
 #[inline(never)]
-fn parts<L: Lanes, C: Certainty>(
+fn first_by_parts<L: Lanes, C: Certainty>(
     solid: (&PreparedCsg, &Tables),
     object: &Packet<L>,
     active: u32,
     limit: L,
-    (scratch, kernels): (&mut LaneScratch, &mut geom::Scratch),
-) -> Met<L> {
+    scratch: &mut TraceScratch,
+) -> CsgHits<L> {
     let ray = &object.ray;
     let asleep = -L::splat(L::Scalar::INFINITY);
     let awake = L::Mask::from_bits(active);
-    let (operands, boxed) = (&mut scratch.operands, &mut scratch.boxed);
+    let LaneScratch {
+        operands, boxed, ..
+    } = &mut scratch.lanes;
     let mut known = L::splat(L::Scalar::INFINITY);
     if C::GUARDED {
-        // And what may be one with boundaries between start and limit.
+        // Includes boundaries that may be one event with one between start and limit (K7).
         let beside = solid.0.farthest_event(&ray.org, &ray.dir);
         let until = L::select(awake, limit + beside, asleep);
         let rays = (ray.org, ray.dir);
         let from = ray.t_min - beside;
         solid.0.operands_along(rays, from, until, operands);
     } else {
-        // What is one with a boundary before the limit, too, and more than that.
-        let [blur, share] = blur::<L, C>(ray);
-        let far = limit + (blur + limit.abs() * share) * L::from_f32(2.0);
+        // Includes boundaries that are one event with one before the limit (K16).
+        let [width, share] = event_width::<L, C>(ray);
+        let far = limit + (width + limit.abs() * share) * L::from_f32(2.0);
         let until = L::select(awake, far, asleep);
         let slabs = solid.0.slabs(ray.org, ray.dir);
         solid.0.operands_in_boxes(&slabs, ray.t_min, until, boxed);
-        if boxed.len() > MOST && active.count_ones() < 2 {
-            known = cut(solid.0, &slabs, ray.t_min, active, boxed);
+        if boxed.len() > MAX_OPERANDS && active.count_ones() < 2 {
+            known = keep_nearest(solid.0, &slabs, ray.t_min, active, boxed);
         }
         operands.clear();
         operands.extend(boxed.iter().map(|entry| (entry >> 32) as u32));
     }
-    if operands.len() <= MOST {
-        return run::<L, C>(solid, object, (active, limit, known), (scratch, kernels));
+    if operands.len() <= MAX_OPERANDS {
+        return run::<L, C>(solid, object, (active, limit, known), scratch);
     }
     if active.count_ones() < 2 {
-        return Met::left(active);
+        return CsgHits::for_fallback(active);
     }
     let (mut low, mut rest) = (0_u32, active);
     while low.count_ones() < rest.count_ones() {
@@ -130,16 +126,16 @@ fn parts<L: Lanes, C: Certainty>(
         rest &= rest - 1;
     }
     let [mut met, more] =
-        [low, rest].map(|part| parts::<L, C>(solid, object, part, limit, (scratch, kernels)));
+        [low, rest].map(|part| first_by_parts::<L, C>(solid, object, part, limit, scratch));
     met.join(&more);
     met
 }
 
-/// Keeps those of a ray's operands that it comes to first. Returns where it comes to the
-/// next: lanes know no more than what lies before.
+/// Keeps the operands that a single ray reaches first. Returns the t at which it reaches
+/// the next one; hits are known up to there.
 #[cold]
 #[inline(never)]
-fn cut<L: Lanes>(
+fn keep_nearest<L: Lanes>(
     csg: &PreparedCsg,
     slabs: &Slabs<L>,
     t_min: L,
@@ -149,16 +145,17 @@ fn cut<L: Lanes>(
     let lane = active.trailing_zeros() as usize;
     let enter = |entry: u64| csg.part_of(entry, slabs, t_min).1.lane(lane).to_f64();
     boxed.sort_by(|a, b| enter(*a).total_cmp(&enter(*b)));
-    let next = enter(boxed[MOST]);
-    boxed.truncate(MOST);
+    let next = enter(boxed[MAX_OPERANDS]);
+    boxed.truncate(MAX_OPERANDS);
     boxed.sort_unstable();
     L::from_f64(next)
 }
 
-impl<L: Lanes> Met<L> {
-    pub(super) fn left(rays: u32) -> Met<L> {
+impl<L: Lanes> CsgHits<L> {
+    /// No hits; all of `rays` are left to the scalar walk.
+    pub(super) fn for_fallback(rays: u32) -> CsgHits<L> {
         let infinity = L::splat(L::Scalar::INFINITY);
-        Met {
+        CsgHits {
             hit: 0,
             unsure: 0,
             left: rays,
@@ -168,8 +165,8 @@ impl<L: Lanes> Met<L> {
         }
     }
 
-    /// Of other rays.
-    fn join(&mut self, more: &Met<L>) {
+    /// Merges the hits of other rays.
+    fn join(&mut self, more: &CsgHits<L>) {
         let lanes = L::Mask::from_bits(more.hit | more.left);
         self.t = L::select(lanes, more.t, self.t);
         for (own, other) in self.within.iter_mut().zip(more.within) {
@@ -184,329 +181,4 @@ impl<L: Lanes> Met<L> {
         self.unsure |= more.unsure;
         self.left |= more.left;
     }
-}
-
-/// Of at most [`MOST`] operands, and in `fast` no further than `known`. There no bound
-/// makes an answer the same whoever gives it, so that what is found before a limit must
-/// not depend on it: packets have other limits than rays by themselves.
-#[inline(never)]
-fn run<L: Lanes, C: Certainty>(
-    (csg, tables): (&PreparedCsg, &Tables),
-    object: &Packet<L>,
-    (active, limit, mut known): (u32, L, L),
-    (scratch, kernels): (&mut LaneScratch, &mut geom::Scratch),
-) -> Met<L> {
-    let LaneScratch {
-        operands,
-        boxed,
-        program,
-        values,
-    } = scratch;
-    let (ray, infinity) = (&object.ray, L::splat(L::Scalar::INFINITY));
-    let nothing = Track {
-        next: [infinity; 3],
-        exit: [infinity; 3],
-        inside: 0,
-        more: [0; 2],
-    };
-    // Of what may be one event with what lies behind t_min, all that lies before it.
-    let part = if !C::GUARDED {
-        [ray.t_min, infinity]
-    } else if csg.solid.is_exact() {
-        let awake = L::Mask::from_bits(active);
-        [ray.t_min, L::select(awake, limit, -infinity)]
-    } else {
-        [-infinity, infinity]
-    };
-    let mut more = Vec::new();
-    let mut tracks = ArrayVec::<_, MOST>::new();
-    tracks.extend(repeat_n(nothing, operands.len()));
-    let tracks = &mut tracks[..];
-    // Where any are shared. Of what has none that is known, such as a polynomial's
-    // solid, no numbers.
-    let mut faces = ArrayVec::<_, MOST>::new();
-    let shares_faces = C::GUARDED && !csg.coincident_faces.is_empty();
-    if shares_faces {
-        faces.extend(repeat_n([L::from_f32(f32::NAN); 2], operands.len()));
-    }
-    let mut open = active;
-    let mut unsure = 0;
-    let wider = wider::<L, C>(csg, ray);
-    let mut reached = -infinity;
-    let slabs = (!C::GUARDED).then(|| csg.slabs(ray.org, ray.dir));
-    let mut spaces = Spaces::new(object);
-    for (i, (track, number)) in tracks.iter_mut().zip(operands.iter()).enumerate() {
-        let operand = &csg.solid.operands[*number as usize];
-        let (here, begin) = match &slabs {
-            Some(slabs) => csg.part_of(boxed[i], slabs, ray.t_min),
-            None => (L::Mask::splat(true), -infinity),
-        };
-        let mut doubt = |track: &mut Track<L>, lanes: u32, begin: L| {
-            if C::GUARDED {
-                unsure |= lanes;
-            } else if lanes != 0 {
-                track.inside &= !lanes;
-                known = L::select(L::Mask::from_bits(lanes), known.min(begin), known);
-            }
-        };
-        if operand.shape.boundaries() == Boundaries::Crossings {
-            let (enter, missed) = match &operand.bounds {
-                Some(bounds) => {
-                    let frame = &csg.solid.frames[operand.frame as usize];
-                    passes((bounds, frame.condition), ray, part)
-                }
-                None => (-infinity, L::Mask::splat(false)),
-            };
-            let ends = Ends::none_or_unknown(missed | !here);
-            let unknown = track.start(&ends, &ends, ray.t_min);
-            doubt(track, unknown, enter.max(begin));
-            continue;
-        }
-        if let Shape::Implicit(id) = operand.shape {
-            let at = more.len();
-            let lanes = L::Mask::from_bits(open) & here;
-            let row = (operand, id);
-            let solid = (csg, tables);
-            let all = if !C::GUARDED && tables.implicits.solver(id) != Solver::Auto {
-                spaces.boundaries_by(solid, row, lanes, &mut more)
-            } else {
-                spaces.boundaries(solid, row, lanes, &mut more, kernels)
-            };
-            if !C::GUARDED {
-                for t in more[at..].as_flattened_mut() {
-                    *t = t.max(begin);
-                }
-            }
-            track.inside = all.inside.bits();
-            track.next = more.get(at).copied().unwrap_or([infinity; 3]);
-            track.exit = more.get(at + 1).copied().unwrap_or([infinity; 3]);
-            track.more = [(at + 2).min(more.len()), more.len()];
-            doubt(track, all.unsure.bits(), begin);
-            // Those before the start were not sought. They end there: the sign of the
-            // polynomial is certain at it, wherever within its placement the surface is.
-            if let (Some(_), Some((bounds, condition))) = (wider, csg.box_around(operand)) {
-                let from = ray.t_min - csg.farthest_event(&ray.org, &ray.dir);
-                let before = [from, ray.t_min];
-                let (_, missed) = passes((&bounds, condition), ray, before);
-                reached = reached.max(L::select(missed, -infinity, ray.t_min));
-            }
-            continue;
-        }
-        let mut ends = spaces.ends::<C>((csg, tables), operand, wider);
-        if !C::GUARDED {
-            ends.keep(here);
-            ends.begin_at(begin);
-        }
-        if shares_faces {
-            faces[i] = ends.faces;
-        }
-        let unknown = match wider {
-            Some(wider) => {
-                let wide = spaces.widened(csg, *number, &ends, wider);
-                reached = reached.max(last_behind(&ends, &wide, ray.t_min));
-                track.start(&ends, &wide, ray.t_min)
-            }
-            None => track.start(&ends, &ends, ray.t_min),
-        };
-        doubt(track, unknown, begin);
-    }
-    // What lies before t_min may be one event with what lies behind it.
-    if wider.is_some() {
-        let nexts = tracks.iter().map(|track| track.next[0]);
-        let next = nexts.fold(infinity, |least, next| least.min(next));
-        unsure |= (!reached.lt(next)).bits();
-    }
-    unsure &= open;
-    open &= !unsure;
-    program.set(&csg.solid.program, operands);
-    let mut ask = |tracks: &[Track<L>]| {
-        let inside = tracks.iter().map(|track| track.inside);
-        program.inside(inside, values)
-    };
-    let start = ask(tracks);
-    let [blur, share] = blur::<L, C>(ray);
-    let mut met = Met {
-        unsure,
-        ..Met::left(0)
-    };
-    let ends_somewhere = if C::GUARDED {
-        0
-    } else {
-        known.lt(infinity).bits()
-    };
-    // Without bounds a boundary is where it was computed to be.
-    let [from, to] = if C::GUARDED { [0, 2] } else { [1, 1] };
-    while open != 0 {
-        let mut least = infinity;
-        for track in tracks.iter() {
-            least = least.min(track.next[to]);
-        }
-        let event = least + (blur + least.abs() * share);
-        if open & ends_somewhere != 0 {
-            let left = open & ends_somewhere & known.le(event).bits();
-            open &= !left;
-            met.left |= left & known.le(limit).bits();
-            met.t = L::select(L::Mask::from_bits(left), known, met.t);
-        }
-        // Nothing is left that is not too far.
-        open &= least.lt(infinity).bits();
-        if open == 0 {
-            break;
-        }
-        let (mut once, mut twice) = (0, 0);
-        for track in tracks.iter() {
-            let here = track.next[from].le(event).bits();
-            twice |= once & here;
-            once |= here;
-        }
-        // Rays at boundaries of several operands that are one: in one surface. Of those
-        // that are in planes which are nearly one, it is not known which comes first.
-        let mut together = twice & open;
-        let mut nearly = 0;
-        if C::GUARDED && together != 0 {
-            let asked = std::mem::take(&mut together);
-            if shares_faces {
-                let all = (&operands[..], &*tracks, &faces[..]);
-                [together, nearly] = on_one_face(csg, object, all, event, asked);
-            }
-            let apart = asked & !together;
-            met.unsure |= apart;
-            open &= !apart;
-        }
-        // Which operand's, and how it is met there, before they are flipped.
-        let mut at = [infinity; 3];
-        let (mut numbers, mut entering, mut taken) = ([0; 16], 0, 0);
-        let mut farthest = -infinity;
-        for i in 0..tracks.len() {
-            let track = &mut tracks[i];
-            let here = track.next[from].le(event).bits() & open;
-            if here == 0 {
-                continue;
-            }
-            let (next, outside) = (track.next, !track.inside);
-            track.flip(here, infinity);
-            if here & nearly != 0 {
-                let reaches = L::select(L::Mask::from_bits(here), next[to], -infinity);
-                farthest = farthest.max(reaches);
-            }
-            let [from, to] = track.more;
-            if from < to {
-                track.follow(L::Mask::from_bits(here), &mut more[from..to]);
-            }
-            let mut first = here & !taken;
-            // Whose flip is the first to count, of those that are one.
-            if together & first != 0 {
-                first &= !together | (ask(tracks) ^ start);
-            }
-            let lanes = L::Mask::from_bits(first);
-            for (at, next) in at.iter_mut().zip(&next) {
-                *at = L::select(lanes, *next, *at);
-            }
-            let mut bits = first;
-            while bits != 0 {
-                let surface = csg.solid.surface(operands[i], 0);
-                numbers[bits.trailing_zeros() as usize] = surface;
-                bits &= bits - 1;
-            }
-            entering |= first & outside;
-            taken |= first;
-        }
-        // With planes that are nearly one, what follows any of them may be one event.
-        if nearly & open != 0 {
-            let mut late = 0;
-            for track in tracks.iter() {
-                late |= track.next[from].le(farthest).bits();
-            }
-            late &= nearly & open;
-            met.unsure |= late;
-            open &= !late;
-        }
-        let now = ask(tracks);
-        let mut changed = (now ^ start) & open;
-        if C::GUARDED {
-            let vague = changed & (nearly | !is_sharp(&at).bits());
-            met.unsure |= vague;
-            open &= !vague;
-            changed &= !vague;
-        }
-        if changed != 0 {
-            let lanes = L::Mask::from_bits(changed);
-            met.t = L::select(lanes, at[1], met.t);
-            met.within = [
-                L::select(lanes, at[0], met.within[0]),
-                L::select(lanes, at[2], met.within[1]),
-            ];
-            let turned = now ^ entering;
-            let mut bits = changed;
-            while bits != 0 {
-                let lane = bits.trailing_zeros() as usize;
-                bits &= bits - 1;
-                let turned = if turned >> lane & 1 != 0 {
-                    super::TURNED
-                } else {
-                    0
-                };
-                met.primitive[lane] = numbers[lane] | turned;
-            }
-            met.hit |= changed;
-            open &= !changed;
-        }
-        // What begins beyond the limit is nothing to anybody.
-        open &= !least.gt(limit).bits();
-    }
-    met
-}
-
-/// Of the rays asked for, those whose boundaries at an event are one by definition,
-/// because they lie in one surface; and which of these know that only of planes that
-/// nearly are one, of several frames.
-#[cold]
-#[inline(never)]
-fn on_one_face<L: Lanes>(
-    csg: &PreparedCsg,
-    object: &Packet<L>,
-    (operands, tracks, ends): (&[u32], &[Track<L>], &[[L; 2]]),
-    event: L,
-    asked: u32,
-) -> [u32; 2] {
-    let (mut faces, mut one, mut nearly) = ([None::<CoincidentFace>; 16], asked, 0);
-    for ((track, [enter, exit]), number) in tracks.iter().zip(ends).zip(operands) {
-        let mut here = track.next[0].le(event).bits() & one;
-        if here == 0 {
-            continue;
-        }
-        while here != 0 {
-            let lane = here.trailing_zeros() as usize;
-            here &= here - 1;
-            let inside = track.inside >> lane & 1 != 0;
-            let face = if inside { exit } else { enter }.lane(lane).to_f64();
-            let shared = csg.coincident_faces.of_face(*number, face);
-            match (shared, faces[lane]) {
-                (Some(_), None) => faces[lane] = shared,
-                (Some(this), Some(other)) if this.exact == other.exact => {}
-                (Some(this), Some(other)) if this.near == other.near && this.near != 0 => {
-                    nearly |= 1 << lane;
-                }
-                _ => one &= !(1 << lane),
-            }
-        }
-    }
-    let mut bits = nearly & one;
-    while bits != 0 {
-        let lane = bits.trailing_zeros() as usize;
-        bits &= bits - 1;
-        let dir = DVec3::from_array(object.lane(lane).1);
-        let near = faces[lane].map_or(0, |face| face.near);
-        if !csg.coincident_faces.is_crossed(near, dir) {
-            one &= !(1 << lane);
-        }
-    }
-    [one, nearly & one]
-}
-
-/// Whether t is known to eight bits at least: what is near the start, in units of
-/// the operand, is better known by exact arithmetic.
-#[inline(always)]
-pub(in crate::trace) fn is_sharp<L: Lanes>([from, t, to]: &[L; 3]) -> L::Mask {
-    ((*to - *from) * L::from_f32(256.0)).le(t.abs())
 }

@@ -1,32 +1,31 @@
-//! A CSG solid before a packet: from its boundaries to hits in a query.
+//! The test of a CSG solid: from boundaries along a packet to hits in a query.
 
 use super::first;
-use super::lanes::{self, Met};
+use super::lanes::{self, CsgHits};
 use crate::accel::{PreparedCsg, TlasEntry};
 use crate::geom::exact::Line;
-use crate::geom::{Certainty, Meet, Scratch};
+use crate::geom::{Certainty, Meet};
 use crate::math::Aabb32;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::scene::{CsgId, Tables};
 use crate::trace::double_pass::{DoublePass, SecondLook, look_again};
 use crate::trace::exact_fallback::depth_of;
-use crate::trace::leaf::{Tester, Window, doubted};
+use crate::trace::leaf::{Tester, Window, mark_undecided};
 use crate::trace::packet::Packet;
 use crate::trace::query::{HitId, Query};
+use crate::trace::scratch::TraceScratch;
 use glam::DVec3;
 use std::marker::PhantomData;
 
 impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
-    /// A solid made of others: in lanes, and one ray at a time where that does not
-    /// say.
+    /// Tests a CSG solid in lanes, and undecided rays one by one.
     #[inline(never)]
     pub(in crate::trace) fn csg<Q: Query<L>>(
-        &self,
+        &mut self,
         entry: &TlasEntry,
         id: CsgId,
         active: L::Mask,
         query: &mut Q,
-        kernels: &mut Scratch,
     ) {
         let (window, active) = if entry.placed {
             self.window(entry, active, query.limit())
@@ -38,22 +37,24 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
         }
         let placed = entry.placed.then(|| self.object_packet(entry, DVec3::ZERO));
         let object = placed.as_ref().unwrap_or(self.packet);
-        let (solid, tables) = (self.world.csg(id), &self.world.scene);
+        let world = self.world;
+        let (solid, tables) = (world.csg(id), &world.scene);
         let id = |primitive| HitId {
             instance: entry.instance,
             primitive,
         };
         let met = if C::DOUBTS_ALL {
-            Met::left(active.bits())
+            CsgHits::for_fallback(active.bits())
         } else {
             let mut limit = query.limit();
             if !C::GUARDED {
-                // What lies beyond the box is brought back to its end, by `offer`.
+                // `offer` clamps a t beyond the box to the box's end.
                 let (_, exit) = object.slabs.interval(entry.own.min, entry.own.max);
                 let end = exit.min(window.exit);
                 limit = L::select(limit.lt(end), limit, L::splat(L::Scalar::INFINITY));
             }
-            lanes::first::<L, C>((solid, tables), object, active.bits(), limit, kernels)
+            let scratch = &mut *self.scratch;
+            lanes::first::<L, C>(solid, tables, object, active.bits(), limit, scratch)
         };
         let mut bits = if C::GUARDED { 0 } else { met.left };
         while bits != 0 {
@@ -61,16 +62,15 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
             bits &= bits - 1;
             let (org, dir) = object.lane(lane);
             let t_min = object.ray.t_min.max(met.t).lane(lane).to_f64();
-            let first = first(solid, tables, (&Line { org, dir }, t_min), kernels);
-            if let Some(crossing) = first {
+            let line = Line { org, dir };
+            if let Some(crossing) = first(solid, tables, &line, t_min, self.scratch) {
                 let t = L::from_f64(depth_of(&crossing.root).t);
                 let meet = Meet::certain(L::Mask::from_bits(1 << lane), t);
                 let id = id(crossing.primitive);
-                let places = (object, &window, &entry.own);
-                self.offer(places, meet, id, query, Some(kernels));
+                self.offer(object, &window, &entry.own, meet, id, query);
             }
         }
-        // Surface by surface.
+        // Each surface is offered with the lanes that hit it.
         let mut bits = met.hit;
         while bits != 0 {
             let surface = met.primitive[bits.trailing_zeros() as usize];
@@ -87,9 +87,8 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
                 within: met.within,
                 unsure: L::Mask::splat(false),
             };
-            let meet = doubted::<L, C>(meet, lanes, id(surface));
-            let places = (object, &window, &entry.own);
-            self.offer(places, meet, id(surface), query, Some(kernels));
+            let meet = mark_undecided::<L, C>(meet, lanes, id(surface));
+            self.offer(object, &window, &entry.own, meet, id(surface), query);
         }
         let limit = query.limit();
         let unsure = L::Mask::from_bits(met.unsure | met.left) & limit.gt(self.packet.ray.t_min);
@@ -102,28 +101,28 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
                 solid,
                 tables,
                 own: &entry.own,
-                kernels,
+                scratch: self.scratch,
                 certainty: PhantomData,
             };
             let [may, must] = look_again(object, limit, bits, &mut look);
             bits = may;
-            // Where does not matter.
+            // Any-hit rays need no t.
             if Q::ANY && must != 0 {
                 query.block(L::Mask::from_bits(must), id(0));
                 bits &= !must;
             }
         }
-        self.decide(L::Mask::from_bits(bits), id(0), query, Some(kernels));
+        self.decide(L::Mask::from_bits(bits), id(0), query);
     }
 }
 
-/// A solid, seen in its space: lanes of f32 hardly know whether a ray meets what it has
-/// just left.
+/// The double pass of a CSG solid. f32 rarely decides whether a ray hits the surface that
+/// it has just left.
 struct InF64<'a, C> {
     solid: &'a PreparedCsg,
     tables: &'a Tables,
     own: &'a Aabb32,
-    kernels: &'a mut Scratch,
+    scratch: &'a mut TraceScratch,
     certainty: PhantomData<C>,
 }
 
@@ -135,13 +134,8 @@ impl<C: Certainty> SecondLook for InF64<'_, C> {
         asked: u32,
     ) -> [u32; 2] {
         let packet = Packet::<D>::new(pass.org, pass.dir, pass.t_min, self.own);
-        let met = lanes::first::<D, C>(
-            (self.solid, self.tables),
-            &packet,
-            asked,
-            pass.limit,
-            self.kernels,
-        );
+        let (solid, tables, limit) = (self.solid, self.tables, pass.limit);
+        let met = lanes::first::<D, C>(solid, tables, &packet, asked, limit, self.scratch);
         let [from, to] = met.within;
         let may = met.unsure | met.left | met.hit & from.le(pass.limit).bits();
         [may, met.hit & to.lt(pass.limit).bits()]

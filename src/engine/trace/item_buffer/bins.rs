@@ -1,9 +1,9 @@
-//! From rectangles to the tiles that they meet, by a grid of cells.
+//! Binning of rectangles to the tiles that they overlap, by a grid of cells.
 
 use super::Item;
 use super::raster::Rect;
 
-/// An item at a tile.
+/// An item listed at a tile.
 #[derive(Clone, Copy, Debug)]
 pub struct Pair {
     tile: u32,
@@ -12,34 +12,37 @@ pub struct Pair {
     near: f32,
 }
 
-/// A tile as a cell knows it.
+/// A tile in a cell's list.
 #[derive(Clone, Copy)]
 struct Here {
     rect: Rect,
     tile: u32,
-    /// The tile's first cell along u and v.
+    /// First cell of the tile along u and v.
     from: [u16; 2],
 }
 
+/// A grid of cells, each with the tiles that overlap it.
 pub struct Cells {
-    /// AxisCull all tiles.
+    /// Smallest rectangle around all tiles.
     pub extent: Rect,
     low: [f32; 2],
+    /// Cells per unit of u and v.
     per: [f32; 2],
+    /// Number of cells along u and v.
     across: [usize; 2],
-    /// By cell, where its tiles begin; one more at the end.
+    /// By cell, start of its tiles; and the end of the last ones.
     first: Vec<u32>,
     tiles: Vec<Here>,
 }
 
-/// Tiles that cover the picture more often than this, all in all, are no patches
-/// of it.
+/// Largest ratio of the tiles' total area to that of the picture; tiles of incoherent rays
+/// exceed it.
 const MOST_COVER: f64 = 16.0;
 
 impl Cells {
-    /// Cells as large as a tile on average; `None` where there is no tile, or
-    /// tiles lie upon each other.
-    pub fn of(rects: &[Rect]) -> Option<Cells> {
+    /// Builds cells as large as the average tile. `None` if there is no tile, or tiles overlap
+    /// too much.
+    pub fn build(rects: &[Rect]) -> Option<Cells> {
         let real = || rects.iter().filter(|rect| !rect.is_empty());
         let extent = real().fold(Rect::EMPTY, |all, rect| all.around(rect));
         if extent.is_empty() {
@@ -57,7 +60,7 @@ impl Cells {
         if area > MOST_COVER * all[0] * all[1] {
             return None;
         }
-        // No more cells than a few for each tile, however the tiles lie.
+        // Limits the number of cells to a few per tile.
         let most = (4.0 * f64::from(count)).sqrt() + 1.0;
         let across = [0, 1].map(|i| {
             let cells = all[i] * f64::from(count) / sums[i];
@@ -75,7 +78,7 @@ impl Cells {
         Some(cells)
     }
 
-    /// Counting sort.
+    /// Sorts tiles into cells, by counting sort.
     fn fill(&mut self, rects: &[Rect]) {
         let real = || (0_u32..).zip(rects).filter(|(_, rect)| !rect.is_empty());
         let mut ends = std::mem::take(&mut self.first);
@@ -104,13 +107,13 @@ impl Cells {
         (self.first, self.tiles) = (ends, tiles);
     }
 
-    /// First and last cell along u and v: rising with the rectangle, so what
-    /// meets shares a cell.
+    /// Returns the first and last cell along u and v. They are monotone in the rectangle, so
+    /// rectangles that overlap share a cell.
     #[inline(always)]
     fn range(&self, rect: &Rect) -> [[usize; 2]; 2] {
         let cell = |x: f32, i: usize| {
             let at = (x - self.low[i]) * self.per[i];
-            // Saturates; below the first cell, and NaN, is 0.
+            // The cast saturates; negative numbers and NaN become 0.
             (at as usize).min(self.across[i] - 1)
         };
         [
@@ -119,6 +122,7 @@ impl Cells {
         ]
     }
 
+    /// Calls `visit` for each cell of a rectangle.
     #[inline(always)]
     fn each(&self, rect: &Rect, mut visit: impl FnMut(usize, [usize; 2])) {
         let [[x0, x1], [y0, y1]] = self.range(rect);
@@ -129,14 +133,14 @@ impl Cells {
         }
     }
 
-    /// Notes an item at every tile that its rectangle meets, once.
+    /// Lists an item once at every tile that its rectangle overlaps.
     #[inline(always)]
     pub fn list(&self, rect: &Rect, entry: u32, block: u32, near: f32, pairs: &mut Vec<Pair>) {
         let [[x0, _], [y0, _]] = self.range(rect);
         self.each(rect, |cell, [x, y]| {
             let range = self.first[cell] as usize..self.first[cell + 1] as usize;
             for here in &self.tiles[range] {
-                // The first cell that both are in.
+                // Only in the first cell that both share.
                 let [from_x, from_y] = here.from.map(usize::from);
                 let once = (x == x0.max(from_x)) & (y == y0.max(from_y));
                 if once & here.rect.meets(rect) {
@@ -152,8 +156,8 @@ impl Cells {
     }
 }
 
-/// Where each tile's items begin, and the items: in the order of the lists, and
-/// of one entry those that begin nearer first.
+/// Sorts items by tile: returns the start of each tile's items, and the items in the order of
+/// the lists, those of one entry by nearest depth.
 pub fn by_tile(lists: &[Vec<Pair>], tiles: usize) -> (Vec<u32>, Vec<Item>) {
     let pairs = || lists.iter().flatten();
     let mut first = vec![0_u32; tiles + 1];

@@ -1,15 +1,13 @@
-//! The item buffer (Weghorst, Hooper and Greenberg 1984): what each camera ray
-//! meets first is found by projecting the scene, not by walking a tree.
+//! The item buffer (Weghorst, Hooper and Greenberg 1984): closest hits of camera rays by
+//! projecting the scene instead of walking trees.
 //!
-//! Rays of one origin come in tiles of [`BEAM`]. Once per frame the boxes of all
-//! entries, and of all blocks of triangles of each instance of a mesh, are
-//! projected and listed at every tile that they may cover. A tile then runs
-//! through its list with the tests of the tile kernel and a depth for each ray
-//! (`trace/beam/items.rs`), so ids and depths are those of tracing.
+//! Rays of one origin form tiles of [`BEAM`] rays. Once per frame the boxes of all entries, and
+//! of all blocks of triangles of each instance of a mesh, are projected and listed at every
+//! tile that they may cover. A beam then goes through its tile's list with the tests of the
+//! tree walk (`trace/beam/item_lists.rs`), so ids and depths are those of tracing.
 //!
-//! Only closest hits of rays from the frame's origin are answered from lists. A
-//! tile that its list does not stand for (other origin, directions outside its
-//! rectangle) goes to the trees: a list never decides what is true.
+//! Lists only answer closest hits of rays from the frame's origin. Rays that a list does not
+//! cover (another origin, or directions outside its rectangle) are traced through the trees.
 
 mod bins;
 mod raster;
@@ -24,7 +22,7 @@ use raster::Projection;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
-/// Something that a tile may meet: an entry, and of a mesh one of its blocks.
+/// An item of a list: an entry of the world, and for a mesh one of its blocks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Item {
     /// Row of the world's entries.
@@ -32,24 +30,24 @@ pub struct Item {
     pub block: u32,
 }
 
-/// The lists of one frame. In each tile's list all items of an entry follow each
-/// other, those that begin nearer first.
+/// The lists of one frame. Items of one entry are consecutive, sorted by nearest depth.
 pub struct ItemBuffer {
     raster: Raster,
-    /// By tile; empty where it has no list.
+    /// Rectangle by tile; empty without a list.
     rects: Vec<Rect>,
-    /// By tile, where its items begin; one more at the end.
+    /// By tile, start of its items; and the end of the last ones.
     first: Vec<u32>,
     items: Vec<Item>,
 }
 
-/// Lists longer than this in all (1 GB) are not made: the trees serve better.
+/// Largest number of items (1 GB while they are sorted); with more, walking the trees is
+/// faster.
 const MAX_ITEMS: usize = 1 << 26;
 
-/// Rows of boxes that one thread takes at a time.
+/// Rows of boxes per job.
 const CHUNK: usize = 256;
 
-/// Boxes of one space.
+/// A job: boxes of one space to project.
 struct Work<'w> {
     entry: u32,
     rows: &'w BoxRows,
@@ -58,10 +56,9 @@ struct Work<'w> {
 }
 
 impl ItemBuffer {
-    /// Lists for tiles of rays. `tiles`: the rectangle of each, as
-    /// [`Raster::rect`] gives it, or empty. `None` where the world has no boxes
-    /// for it, a mesh has none, or where lists would not pay: rays in no order, too many
-    /// items.
+    /// Makes the lists of tiles. `tiles`: the rectangle of each by [`Raster::rect`], or empty.
+    /// `None` if the world or one of its meshes has no boxes, or if lists do not pay:
+    /// incoherent rays, or too many items.
     pub fn prepare(world: &World, raster: &Raster, mut tiles: Vec<Rect>) -> Option<ItemBuffer> {
         let boxes = world.item_boxes.as_ref()?;
         if world.unbounded_meshes().next().is_some() {
@@ -72,10 +69,10 @@ impl ItemBuffer {
                 *rect = rect.grown().grown();
             }
         }
-        let cells = Cells::of(&tiles)?;
+        let cells = Cells::build(&tiles)?;
         let mut lists = vec![Vec::new()];
         let mut work = Vec::new();
-        let in_world = Projection::of_world(raster, world.center, &world.bounds);
+        let in_world = Projection::for_world(raster, world.center, &world.bounds);
         let top = Work {
             entry: 0,
             rows: &boxes.entries,
@@ -94,7 +91,7 @@ impl ItemBuffer {
             let projection = if entry.placed {
                 let map = world.object_from_world(entry.instance);
                 let center = world.scene.meshes.center[id.index()];
-                Projection::of_object(raster, &map, center, &mesh.tree.bounds)
+                Projection::for_object(raster, &map, center, &mesh.tree.bounds)
             } else {
                 in_world
             };
@@ -129,8 +126,8 @@ impl ItemBuffer {
         })
     }
 
-    /// Lists for rays that are all at hand. `ray(i)`: origin and direction, or
-    /// `None` where it meets nothing. The frame's origin is the first ray's.
+    /// Makes the lists of `count` rays. `ray(i)` returns origin and direction, or `None` for a
+    /// ray that hits nothing. The frame's origin is that of the first ray.
     pub fn of_rays(
         world: &World,
         count: usize,
@@ -164,8 +161,8 @@ impl ItemBuffer {
         ItemBuffer::prepare(world, &raster, tiles.map(rect).collect())
     }
 
-    /// The list of a tile, if it stands for these rays: all from `org`, and
-    /// directions in columns, rounded.
+    /// Returns the list of a tile, if it covers rays from `org` with rounded directions
+    /// in columns.
     #[inline(always)]
     pub(super) fn list(&self, tile: usize, org: [f64; 3], dirs: [&[f32]; 3]) -> Option<&[Item]> {
         let rect = self.rects.get(tile)?;
@@ -176,7 +173,7 @@ impl ItemBuffer {
         Some(&self.items[range])
     }
 
-    /// Items in all lists.
+    /// Returns the number of items in all lists.
     pub fn len(&self) -> usize {
         self.items.len()
     }
@@ -193,8 +190,7 @@ impl ItemBuffer {
 }
 
 impl Work<'_> {
-    /// Calls `found(number, rectangle, near)` for the boxes that may be in the
-    /// picture.
+    /// Calls `found(number, rectangle, near)` for each box whose rectangle overlaps `extent`.
     #[inline(always)]
     fn project(&self, extent: &Rect, mut found: impl FnMut(usize, Rect, f32)) {
         for number in self.range.clone() {
@@ -214,7 +210,8 @@ impl Work<'_> {
     }
 }
 
-/// Ahead is the middle of some of the rays, across the way from one to the next.
+/// Chooses the picture plane: ahead is the mean of some directions, across the difference of
+/// two consecutive ones.
 fn raster_of(count: usize, ray: &impl Fn(usize) -> Option<([f64; 3], [f64; 3])>) -> Option<Raster> {
     use crate::math::unit;
     use glam::DVec3;

@@ -1,29 +1,28 @@
-//! The picture plane of an item buffer, and what boxes cover of it.
+//! Projection of directions and boxes to the picture plane of an item buffer.
 //!
-//! Three covectors a, b, w turn a direction d into u = a·d / w·d and
-//! v = b·d / w·d. Points seen from the origin are projected alike, so a ray that
-//! meets a box has its (u, v) within the box's rectangle: that of its eight
-//! corners. In the space of a placed mesh the covectors are those of the world
-//! applied after `world_from_object`; how well they fit the rays as
-//! `object_from_world` defines them is measured, not assumed.
+//! Three covectors a, b, w project a direction d to u = a·d / w·d and v = b·d / w·d. Points
+//! relative to the origin are projected in the same way, so a ray that hits a box has its
+//! (u, v) within the rectangle around the box's eight projected corners. In the space of a
+//! placed mesh the covectors are those of the world after `world_from_object`; their residual
+//! against `object_from_world`, which defines the rays, is computed.
 //!
-//! Conservative: boxes grow by the pad of [`crate::accel::Slabs`] at the
-//! precision of f32, rectangles by the rounding of their own arithmetic, and a
-//! box that is not wholly before the plane through the origin covers everything.
+//! Rectangles are conservative (X16): boxes grow by the pad of [`crate::accel::Slabs`] at f32,
+//! rectangles by the rounding of their own arithmetic, and a box that is not wholly in front
+//! of the origin covers everything.
 
 use crate::accel::{BoxRow, SKEW, WIDE};
 use crate::math::lanes::{Lanes, Mask, Register, max, min};
 use crate::math::{Aabb32, Affine, unit};
 use glam::{DMat3, DVec3};
 
-/// Half of what `f32::EPSILON` is.
+/// u, the unit roundoff of f32.
 const ROUNDING: f32 = 0.5 * f32::EPSILON;
 
-/// Directions whose part ahead is smaller than this, against their largest
-/// component, are left to other kernels.
+/// Least w of a direction relative to its largest component (X16); other rays are traced
+/// through the trees.
 const LEAST_AHEAD: f32 = 1.0 / 16.0;
 
-/// A rectangle of (u, v): least and most of each.
+/// A rectangle of (u, v): least and greatest value of each.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rect {
     pub u: [f32; 2],
@@ -31,7 +30,7 @@ pub struct Rect {
 }
 
 impl Rect {
-    /// Meets nothing.
+    /// The empty rectangle.
     pub const EMPTY: Rect = Rect {
         u: [f32::INFINITY, f32::NEG_INFINITY],
         v: [f32::INFINITY, f32::NEG_INFINITY],
@@ -53,6 +52,7 @@ impl Rect {
             & (other.v[1] <= self.v[1])
     }
 
+    /// Returns the smallest rectangle around both.
     #[inline(always)]
     pub fn around(&self, other: &Rect) -> Rect {
         let both = |a: [f32; 2], b: [f32; 2]| [a[0].min(b[0]), a[1].max(b[1])];
@@ -62,8 +62,8 @@ impl Rect {
         }
     }
 
-    /// By the rounding of a direction and of its projection: of three products of at most
-    /// w / [`LEAST_AHEAD`] each, and of the quotient; rounded up generously.
+    /// Grows by the rounding of a direction and of its projection: of three products of at most
+    /// w / [`LEAST_AHEAD`] each, and of the quotient (X16).
     #[inline(always)]
     pub fn grown(&self) -> Rect {
         let slack = |x: f32| (1.0 + x.abs()) * (16.0 / LEAST_AHEAD * ROUNDING);
@@ -79,7 +79,7 @@ impl Rect {
     }
 }
 
-/// World space.
+/// The projection of directions in world space.
 #[derive(Clone, Copy, Debug)]
 pub struct Raster {
     pub org: [f64; 3],
@@ -88,9 +88,9 @@ pub struct Raster {
 }
 
 impl Raster {
-    /// `ahead`: where the middle of the rays goes; `across`: where u is to grow,
-    /// so that rows of pixels are level. Neither need be unit; none of the
-    /// answers depends on them.
+    /// Makes a projection. `ahead`: direction of the middle of the rays. `across`: direction in
+    /// which u rises, along rows of pixels. Neither needs to be unit, and no answer depends
+    /// on them.
     pub fn new(org: [f64; 3], ahead: DVec3, across: DVec3) -> Option<Raster> {
         let w = unit(ahead);
         if w == DVec3::ZERO || !org.iter().all(|x| x.is_finite()) {
@@ -110,8 +110,8 @@ impl Raster {
         })
     }
 
-    /// AxisCull directions in columns, whole registers of them; `None` where one of
-    /// them is too far from ahead. Not grown.
+    /// Returns the rectangle around directions in columns of whole registers, without error
+    /// bounds; `None` if one of them is too far from `ahead`.
     #[inline(always)]
     pub fn rect(&self, dirs: [&[f32]; 3]) -> Option<Rect> {
         let infinite = Register::splat(f32::INFINITY);
@@ -144,19 +144,19 @@ impl Raster {
     }
 }
 
-/// From one space's boxes to rectangles.
+/// The projection of boxes of one space.
 #[derive(Clone, Copy, Debug)]
 pub struct Projection {
-    /// Rounded; the pad accounts for it.
+    /// Rounded to f32; the pad covers it.
     org: [f32; 3],
     pad: [f32; 3],
     covectors: [[f32; 3]; 3],
-    /// By how much a ray's numerators may differ from those of the world's
-    /// raster, against the denominator: of u, of v, of the denominator itself.
+    /// Bounds of the difference between a ray's numerators, or denominator, and those of the
+    /// world's raster, relative to the denominator: of u, v and w.
     misfit: [f32; 3],
 }
 
-/// A row of rectangles, and how far ahead each box begins.
+/// Rectangles of a row of boxes, and the nearest w of each box.
 pub struct Projected {
     pub u: [[f32; WIDE]; 2],
     pub v: [[f32; WIDE]; 2],
@@ -164,8 +164,9 @@ pub struct Projected {
 }
 
 impl Projection {
-    /// Boxes in world space, about `center`; `bounds` are around all of them.
-    pub fn of_world(raster: &Raster, center: DVec3, bounds: &Aabb32) -> Projection {
+    /// Makes the projection of boxes in world space, relative to `center`. `bounds`: around all
+    /// boxes.
+    pub fn for_world(raster: &Raster, center: DVec3, bounds: &Aabb32) -> Projection {
         let org = DVec3::from_array(raster.org) - center;
         let org = org.to_array().map(|x| x as f32);
         Projection {
@@ -176,8 +177,8 @@ impl Projection {
         }
     }
 
-    /// Boxes of a placed mesh, about its `center`.
-    pub fn of_object(
+    /// Makes the projection of boxes of a placed mesh, relative to its `center`.
+    pub fn for_object(
         raster: &Raster,
         object_from_world: &Affine,
         center: DVec3,
@@ -192,7 +193,7 @@ impl Projection {
             .covectors
             .map(|c| DVec3::from_array(c.map(f64::from)));
         let exact = world.map(|c| back * c);
-        // A common factor cancels out.
+        // A common factor cancels in the quotients. The constants below are those of X16.
         let scale = exact[2].abs().max_element().recip();
         let covectors = exact.map(|c| (c * scale).to_array().map(|x| x as f32));
         let ahead = scale * f64::from(LEAST_AHEAD);
@@ -211,7 +212,7 @@ impl Projection {
         }
     }
 
-    /// What each box of a row covers, at most.
+    /// Returns rectangles that contain the projections of a row of boxes.
     #[inline(always)]
     pub fn row(&self, row: &BoxRow) -> Projected {
         let splat = |x: f32| Register::splat(x);
@@ -226,7 +227,7 @@ impl Projection {
         ];
         let size = |k: usize| max(sides[k][0].abs(), sides[k][1].abs());
         let sizes = [size(0), size(1), size(2)];
-        // Products of a covector with both sides, and what they sum up to.
+        // Products of a covector with both sides, and the sum of their magnitudes.
         let products = |c: [f32; 3]| {
             let at = |k: usize, s: usize| sides[k][s] * splat(c[k]);
             let most = |k: usize| sizes[k] * splat(c[k].abs());
@@ -255,6 +256,7 @@ impl Projection {
             u = [min(u[0], at_u), max(u[1], at_u)];
             v = [min(v[0], at_v), max(v[1], at_v)];
         }
+        // Errors of w, of sums and of quotients (X16).
         let wrong = w_size * splat(8.0 * ROUNDING);
         let least = ahead[0] - wrong;
         let sound = self.misfit[2] < 0.5 && self.covectors.iter().flatten().all(|x| x.is_finite());
@@ -266,7 +268,7 @@ impl Projection {
             let sums = (size + most * w_size) * splat(32.0 * ROUNDING) / least;
             let own = splat(misfit) + most * splat(self.misfit[2] + 8.0 * ROUNDING);
             let slack = sums + own;
-            // What is not finite covers everything.
+            // A box without a finite bound covers everything.
             let sure = beside & slack.lt(infinite);
             let bound = |x: Register, all: Register| {
                 let x = <Register as Lanes>::select(sure, x, all);
@@ -286,7 +288,7 @@ impl Projection {
     }
 }
 
-/// As [`crate::accel::Frustum`] pads its origins.
+/// Returns the padding of [`crate::accel::Frustum`] (B16).
 fn pad(org: [f32; 3], bounds: &Aabb32) -> [f32; 3] {
     let reach: [f32; 3] = std::array::from_fn(|k| {
         let (low, high) = (bounds.min[k] - org[k], bounds.max[k] - org[k]);
@@ -296,7 +298,7 @@ fn pad(org: [f32; 3], bounds: &Aabb32) -> [f32; 3] {
     reach.map(|r| r * (32.0 * f32::EPSILON) + most * SKEW as f32 + f32::MIN_POSITIVE)
 }
 
-/// Of the magnitudes of the linear part.
+/// Returns the row sums of the magnitudes of a map's linear part.
 fn row_sums(map: &Affine) -> DVec3 {
     let row = |r: usize| map.linear().iter().map(|column| column[r].abs()).sum();
     DVec3::new(row(0), row(1), row(2))

@@ -1,4 +1,4 @@
-//! The kernels of single primitives, and a closer look at what they leave open.
+//! Kernels of single primitives, and the double pass of undecided lanes.
 
 use super::Tester;
 use crate::accel::TlasEntry;
@@ -13,23 +13,16 @@ use crate::trace::query::{HitId, Query};
 use glam::DVec3;
 
 impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
-    /// The kernel of a single primitive.
+    /// Runs the kernel of a single primitive on rays in its space.
     #[inline(always)]
-    fn meet(
-        &self,
-        object: &Packet<L>,
-        entry: &TlasEntry,
-        active: L::Mask,
-        kernels: &mut Scratch,
-    ) -> Meet<L> {
+    fn meet(&mut self, object: &Packet<L>, entry: &TlasEntry, active: L::Mask) -> Meet<L> {
         if C::DOUBTS_ALL {
             return Meet::unsure(active);
         }
+        let (scene, kernels) = (&self.world.scene, &mut self.scratch.kernels);
         if C::GUARDED {
-            let scene = &self.world.scene;
             return scene.meet(entry.shape, extent(entry), &object.line(), active, kernels);
         }
-        let scene = &self.world.scene;
         let met = scene.meet_fast(entry.shape, &object.line(), active, kernels);
         Meet {
             hit: met.hit & active,
@@ -39,29 +32,30 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
 }
 
 impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
-    /// What the kernel of a single primitive says of every lane.
-    pub(in crate::trace) fn kernel(&self, entry: &TlasEntry, kernels: &mut Scratch) -> Meet<L> {
+    /// Runs the kernel of a single primitive on all lanes.
+    pub(in crate::trace) fn kernel(&mut self, entry: &TlasEntry) -> Meet<L> {
         let all = L::Mask::splat(true);
         if entry.placed {
-            self.meet(&self.object_packet(entry, DVec3::ZERO), entry, all, kernels)
+            let object = self.object_packet(entry, DVec3::ZERO);
+            self.meet(&object, entry, all)
         } else {
-            self.meet(self.packet, entry, all, kernels)
+            let packet = self.packet;
+            self.meet(packet, entry, all)
         }
     }
 
-    /// What the kernel of a single primitive says. Lanes of f32 hardly know whether a
-    /// ray meets what it has just left; those of f64 do, and rule out the most. What they are
-    /// certain is in the way of any-hit rays blocks these.
+    /// Runs the kernel, and the double pass on undecided lanes. f32 rarely decides whether a
+    /// ray hits the surface that it has just left; f64 rules out most of these hits. Any-hit
+    /// rays that it certainly finds blocked are reported to the query.
     #[inline(always)]
     pub(super) fn certified<Q: Query<L>>(
-        &self,
+        &mut self,
         object: &Packet<L>,
         entry: &TlasEntry,
         active: L::Mask,
         query: &mut Q,
-        kernels: &mut Scratch,
     ) -> Meet<L> {
-        let mut meet = self.meet(object, entry, active, kernels);
+        let mut meet = self.meet(object, entry, active);
         let is_double = matches!(entry.shape, Shape::Implicit(_));
         if !C::GUARDED || C::DOUBTS_ALL || is_double || meet.unsure.none() {
             return meet;
@@ -69,11 +63,11 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
         let look = Primitive {
             scene: &self.world.scene,
             entry,
-            kernels,
+            kernels: &mut self.scratch.kernels,
         };
         let [may, must] = look_closer(look, object, query.limit(), meet.unsure.bits());
         let must = L::Mask::from_bits(must);
-        // Where does not matter.
+        // Any-hit rays need no t.
         if Q::ANY && must.any() {
             let id = HitId {
                 instance: entry.instance,
@@ -86,7 +80,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
     }
 }
 
-/// [`look_again`], apart from what most rays take.
+/// [`look_again`], kept out of the common path.
 #[cold]
 #[inline(never)]
 fn look_closer<L: Lanes>(
@@ -98,7 +92,7 @@ fn look_closer<L: Lanes>(
     look_again(object, limit, asked, &mut look)
 }
 
-/// One primitive, seen in its space.
+/// The double pass of one primitive.
 struct Primitive<'a> {
     scene: &'a Tables,
     entry: &'a TlasEntry,
@@ -126,17 +120,18 @@ impl SecondLook for Primitive<'_> {
 }
 
 impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
-    /// Whether a polynomial surface is in the way: where does not matter.
+    /// Tests any-hit rays against a polynomial surface, without computing t.
     #[inline(never)]
     pub(super) fn is_blocked<Q: Query<L>>(
-        &self,
+        &mut self,
         object: &Packet<L>,
-        (row, id): (ImplicitId, HitId),
+        row: ImplicitId,
+        id: HitId,
         active: L::Mask,
         query: &mut Q,
-        kernels: &mut Scratch,
     ) {
-        let scene = &self.world.scene;
+        let world = self.world;
+        let scene = &world.scene;
         let surface = &scene.implicits.row(row);
         if !C::GUARDED && scene.implicits.solver(row) != Solver::Auto {
             let limit = query.limit();
@@ -152,13 +147,13 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
         let none = L::Mask::splat(false);
         let (mut blocked, mut unsure) = (none, active);
         if !C::DOUBTS_ALL {
-            let (line, scratch) = (object.line(), &mut kernels.polynomial);
+            let (line, scratch) = (object.line(), &mut self.scratch.kernels.polynomial);
             (blocked, unsure) =
                 guarded::implicit::blocked(surface, &line, query.limit(), active, scratch);
         }
         if C::GUARDED {
-            let doubted = L::Mask::from_bits(C::doubts(id.instance, id.primitive)) & active;
-            (blocked, unsure) = (blocked & !doubted, unsure | doubted);
+            let undecided = L::Mask::from_bits(C::doubts(id.instance, id.primitive)) & active;
+            (blocked, unsure) = (blocked & !undecided, unsure | undecided);
         }
         if blocked.any() {
             query.block(blocked, id);
@@ -167,15 +162,15 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
             return;
         }
         if C::GUARDED {
-            return self.decide(unsure, id, query, Some(kernels));
+            return self.decide(unsure, id, query);
         }
         let implicit = Shape::Implicit(row);
-        let meet = scene.meet_fast(implicit, &object.line(), unsure, kernels);
+        let meet = scene.meet_fast(implicit, &object.line(), unsure, &mut self.scratch.kernels);
         query.accept(meet.hit & meet.t.gt(object.ray.t_min), meet.t, id);
     }
 }
 
-/// The longest side of a primitive's box.
+/// Returns the longest side of a primitive's box.
 fn extent(entry: &TlasEntry) -> f32 {
     let side = |k: usize| entry.own.max[k] - entry.own.min[k];
     side(0).max(side(1)).max(side(2))

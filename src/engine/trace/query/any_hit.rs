@@ -1,13 +1,13 @@
-//! Whether anything is in the way of every lane.
+//! Any-hit queries: occlusion of each lane.
 
 use super::{Competitor, Depth, Found, HitId, Query};
 use crate::geom::Meet;
 use crate::math::lanes::{Lanes, Mask, Scalar, max};
 
-/// Whether anything lies in each lane's range.
+/// Occlusion of a packet's rays.
 pub struct AnyHit<L: Lanes> {
     limit: L,
-    /// What blocked a lane last.
+    /// The last occluder of any lane.
     pub occluder: HitId,
 }
 
@@ -15,13 +15,13 @@ impl<L: Lanes> AnyHit<L> {
     #[inline(always)]
     pub fn new(t_max: L) -> AnyHit<L> {
         AnyHit {
-            // −∞ would say that something has blocked it.
+            // −∞ is reserved for blocked lanes.
             limit: max(t_max, L::from_f32(f32::MIN)),
             occluder: HitId::NONE,
         }
     }
 
-    /// Lanes that were blocked; `t_max` as at the start.
+    /// Returns the blocked lanes.
     #[inline(always)]
     pub fn blocked(&self) -> L::Mask {
         self.limit.eq(-L::splat(L::Scalar::INFINITY))
@@ -113,10 +113,10 @@ impl<L: Lanes> Query<L> for AnyHit<L> {
 }
 
 impl<L: Lanes> Found for AnyHit<L> {
-    /// The t of no hit matters.
+    /// t is −∞: any-hit rays need none.
     #[inline(always)]
     fn found(&self, lane: usize) -> Option<(Depth, HitId)> {
         let blocked = self.blocked().bits() >> lane & 1 != 0;
-        blocked.then_some((Depth::of(f64::NEG_INFINITY), self.occluder))
+        blocked.then_some((Depth::point(f64::NEG_INFINITY), self.occluder))
     }
 }

@@ -1,4 +1,4 @@
-//! The nearest hit of every lane.
+//! Closest-hit queries.
 
 use super::{Competitor, Depth, Found, HitId, Query, next_down, next_up};
 use crate::geom::{Certainty, Meet};
@@ -6,20 +6,21 @@ use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::trace::hits::Ids;
 use std::marker::PhantomData;
 
-/// Low and high.
+/// Splits an id into its low and high word.
 #[inline(always)]
 fn words(id: u64) -> [u32; 2] {
     [id as u32, (id >> 32) as u32]
 }
 
-/// The nearest hit of each lane.
+/// Closest hits of a packet's rays.
 pub struct Closest<L: Lanes, C> {
-    /// Guarded: no less than where the nearest hit lies.
+    /// t of the closest hit; in `guarded` its upper bound.
     limit: L,
-    /// Guarded: no more than that, and its t as it is reported.
+    /// `guarded`: lower bound of the closest hit's t.
     least: L,
+    /// `guarded`: t of the closest hit as it is reported.
     t: L,
-    /// Low and high word, so that all columns of ids are alike.
+    /// Low and high words of instance ids, so that all columns have one type.
     instance: [L::Ids; 2],
     primitive: L::Ids,
     certainty: PhantomData<C>,
@@ -38,7 +39,7 @@ impl<L: Lanes, C: Certainty> Closest<L, C> {
         }
     }
 
-    /// [`Closest::new`] in place.
+    /// Resets the query, as [`Closest::new`] would.
     #[inline(always)]
     pub fn restart(&mut self, t_max: L) {
         self.limit = t_max;
@@ -51,9 +52,10 @@ impl<L: Lanes, C: Certainty> Closest<L, C> {
         }
     }
 
+    /// Returns a lane's id; [`HitId::NONE`] without a hit.
     #[inline(always)]
     pub fn id(&self, lane: usize) -> HitId {
-        // By reference: mapping the pair would copy it for each lane.
+        // By reference, since `map` would copy both columns for each lane.
         let [low, high] = &self.instance;
         let (low, high) = (low.as_ref()[lane], high.as_ref()[lane]);
         HitId {
@@ -62,24 +64,25 @@ impl<L: Lanes, C: Certainty> Closest<L, C> {
         }
     }
 
+    /// Returns the reported t of all lanes.
     #[inline(always)]
     fn all_t(&self) -> L {
         if C::GUARDED { self.t } else { self.limit }
     }
 
-    /// Of the hit, at the lanes' precision.
+    /// Returns a lane's t, at the lanes' precision.
     #[inline(always)]
     pub fn t(&self, lane: usize) -> f64 {
         self.all_t().lane(lane).to_f64()
     }
 
-    /// t of every lane into the first places of a column.
+    /// Stores t of all lanes at the beginning of a column of f64.
     #[inline(always)]
     pub fn store_double(&self, t: &mut [f64]) {
         self.all_t().widen().store(t);
     }
 
-    /// The same, rounded.
+    /// Stores t of all lanes at the beginning of a column of f32, rounded.
     #[inline(always)]
     pub fn store_single(&self, t: &mut [f32]) {
         let lanes = self.all_t().to_array();
@@ -88,7 +91,7 @@ impl<L: Lanes, C: Certainty> Closest<L, C> {
         }
     }
 
-    /// Every lane's id into columns, from row `first` on.
+    /// Stores the ids of all lanes into columns, from row `first` on.
     #[inline(always)]
     pub fn store_ids(&self, ids: &mut Ids, first: usize) {
         let rows = first..first + L::COUNT;
@@ -100,7 +103,7 @@ impl<L: Lanes, C: Certainty> Closest<L, C> {
         ids.primitive[rows].copy_from_slice(self.primitive.as_ref());
     }
 
-    /// Of some lanes, all at once. By bits: what is chosen by `if` becomes a branch a lane.
+    /// Sets the ids of some lanes, by bit masks: a choice by `if` compiles to a branch per lane.
     #[inline(always)]
     fn set_ids(&mut self, lanes: u32, instance: u64, of: impl Fn(usize) -> u32) {
         let [low, high] = &mut self.instance;
@@ -146,7 +149,7 @@ impl<L: Lanes, C: Certainty> Query<L> for Closest<L, C> {
             while bits != 0 {
                 let lane = bits.trailing_zeros() as usize;
                 bits &= bits - 1;
-                // A tie with t_max itself, before any hit, is not a hit.
+                // A tie with t_max, where there is no hit yet, is no hit.
                 let best = self.id(lane);
                 if best != HitId::NONE && id < best {
                     taken |= 1 << lane;
@@ -161,14 +164,14 @@ impl<L: Lanes, C: Certainty> Query<L> for Closest<L, C> {
     fn accept_sure(&mut self, meet: &Meet<L>, id: HitId) -> L::Mask {
         let [from, to] = meet.within;
         let sure = meet.hit & to.lt(self.least);
-        let doubt = meet.hit & !sure & !from.gt(self.limit);
+        let open = meet.hit & !sure & !from.gt(self.limit);
         self.limit = L::select(sure, to, self.limit);
         self.least = L::select(sure, from, self.least);
         self.t = L::select(sure, meet.t, self.t);
         if sure.any() {
             self.set_ids(sure.bits(), id.instance, |_| id.primitive);
         }
-        doubt
+        open
     }
 
     fn competitor(&self, lane: usize) -> Option<Competitor> {
@@ -176,7 +179,7 @@ impl<L: Lanes, C: Certainty> Query<L> for Closest<L, C> {
             HitId::NONE => Competitor::End(self.t(lane)),
             best => {
                 let [from, to] = [self.least, self.limit].map(|x| x.lane(lane).to_f64());
-                // What is next to the largest number may lie beyond it.
+                // A bound at the largest number of the type stands for anything beyond it.
                 let most = L::Scalar::MAX.to_f64();
                 let to = if to < most { to } else { f64::INFINITY };
                 let from = if from > -most {
@@ -194,7 +197,7 @@ impl<L: Lanes, C: Certainty> Query<L> for Closest<L, C> {
         let scalar = |x: f64| L::Scalar::from_f64(x);
         if C::GUARDED {
             let [from, to] = within;
-            // Rounded outward, should the lanes be narrower.
+            // Bounds are rounded outward to the lanes' type.
             let (mut least, mut limit) = (scalar(from), scalar(to));
             if least.to_f64() > from {
                 least = next_down(least);
@@ -203,12 +206,11 @@ impl<L: Lanes, C: Certainty> Query<L> for Closest<L, C> {
                 limit = next_up(limit);
             }
             self.least = self.least.with_lane(lane, least);
-            // What precedes another hit lies no further than that may: limits
-            // only sink.
+            // A hit that precedes another has no greater upper bound: limits only decrease.
             let own = self.limit.lane(lane);
             let limit = if limit < own { limit } else { own };
             self.limit = self.limit.with_lane(lane, limit);
-            // A t beyond the lanes' numbers is reported as the largest of them.
+            // A t beyond the range of the lanes' type is reported as its largest number.
             let most = L::Scalar::MAX.to_f64();
             self.t = self.t.with_lane(lane, scalar(t.clamp(-most, most)));
         } else {

@@ -1,4 +1,4 @@
-//! What is sorted out, against exact arithmetic.
+//! Culling of triangles for streams, against exact arithmetic.
 
 use super::*;
 use crate::geom::triangle::exact::{Pair, meet_exact};
@@ -10,7 +10,7 @@ fn rays(case: &Case, random: &mut Random) -> Vec<Pair> {
     let size = case.dir.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     let ray = |(i, target): (usize, &[f64; 3])| {
         let turn = random.vector().map(|x| x * [0.0, 0.3, 3.0][i % 3]);
-        // As of instances: longer than f32 can say, too.
+        // Directions as in instances, with more bits than f32 has.
         let length = [1.0, 1.0, 1e-30, 1e30, 4e38][i % 5];
         let dir: [f64; 3] = std::array::from_fn(|k| (case.dir[k] + turn[k]) * length);
         let back = match i / 4 % 4 {
@@ -38,13 +38,13 @@ fn what_is_sorted_out_is_what_exact_arithmetic_says() {
         let rays = rays(&case, &mut random);
         let mut stream_rays = Box::<StreamRays>::default();
         let t_min = |i: usize| [1e-4, 0.0, 0.0, -1e-2, -1e30, 0.0_f32][i % 6];
-        stream_rays.take_in(
+        stream_rays.load(
             u64::MAX,
             |i| (rays[i].org, rays[i].dir, t_min(i)),
             &case.bounds,
             true,
         );
-        let faces = BlockPlanes::new(Block::Apart(&block), true);
+        let planes = BlockPlanes::new(Block::Apart(&block), true);
         for (i, ray) in rays.iter().enumerate().take(RAYS) {
             let all = case.corners.map(|corners| Pair { corners, ..*ray });
             let met = all.each_ref().map(meet_exact);
@@ -54,7 +54,7 @@ fn what_is_sorted_out_is_what_exact_arithmetic_says() {
                 Some(t) if random.unit() > 0.0 => (t * near) as f32,
                 _ => f32::INFINITY,
             };
-            let [may, certain] = stream_rays.triangle_rays.may_meet(i, &faces, limit);
+            let [may, certain] = stream_rays.triangle_rays.may_meet(i, &planes, limit);
             for (slot, crossing) in met.iter().enumerate() {
                 let is_met = crossing.as_ref().is_some_and(|t| {
                     let (begin, end) = (f64::from(t_min(i)), f64::from(limit));

@@ -1,11 +1,11 @@
-//! What tiles make of rays and triangles, against exact arithmetic.
+//! Guarded beams against exact arithmetic.
 
 use super::{Certified, Edges, GuardedLeaf};
 use crate::accel::{Apart, Block, WIDE};
 use crate::geom::Guarded as Certainly;
 use crate::geom::triangle::Corners;
 use crate::geom::triangle::exact::{Crossing, Pair, meet_exact};
-use crate::trace::beam::leaf::{Before, Decides, Place};
+use crate::trace::beam::leaf::{BlockRef, BlockTest, GroupState};
 use crate::trace::beam::mesh::Nearest;
 use crate::trace::beam::rays::Beam;
 use crate::trace::query::{AnyHit, Closest, Query};
@@ -13,25 +13,25 @@ use crate::trace::test_cases::{Case, RAYS, count};
 use crate::trace::test_random::Random;
 use std::cmp::Ordering;
 
-/// A tile of rays, one in each group.
-pub type Tile = Beam<f32, RAYS>;
+/// A beam with one ray in each group.
+pub type TestBeam = Beam<f32, RAYS>;
 
-/// What tests ask of edges besides.
+/// Edge functions with access for tests.
 pub trait Probe: Edges {
     const WHAT: &str;
 
-    /// A case's rays, or none where a tile takes in no such. `placed`: directions are
+    /// Loads a case's rays, or returns `None` if they form no beam. `placed`: directions are
     /// f64, as in the space of an instance.
     fn traced(case: &Case, placed: bool) -> Option<Traced>;
     fn margin(&self, slot: usize) -> f32;
-    fn least(met: &Self::Met<f32>) -> f32;
-    /// What turns edge functions, of their values and T.
+    fn least(met: &Self::Candidates<f32>) -> f32;
+    /// Returns what turns edge functions, from their values and T.
     fn turned_by(values: [f64; 3], volume: f64) -> f64;
 }
 
-/// A tile that has taken in rays, and where each of these begins and goes.
+/// A loaded beam, and origin and direction of each of its rays.
 pub struct Traced {
-    pub tile: Box<Tile>,
+    pub beam: Box<TestBeam>,
     pub rays: Vec<[[f64; 3]; 2]>,
 }
 
@@ -41,15 +41,15 @@ impl Traced {
         Pair { org, dir, corners }
     }
 
-    /// `limit`: a depth.
+    /// Sets a ray's limit, a depth.
     pub fn limit(&mut self, ray: usize, limit: f32) {
-        let group = &mut self.tile.groups[ray];
+        let group = &mut self.beam.groups[ray];
         group.limit = limit;
         group.set_deepest();
     }
 
-    /// One ray and one triangle as the tile sees them: whether they may meet, what comes
-    /// of it, and the least edge function.
+    /// Evaluates one ray and one triangle: whether the ray may hit it, the certified hit, and
+    /// the least edge function.
     pub fn see<E: Probe>(
         &mut self,
         edges: &E,
@@ -62,16 +62,16 @@ impl Traced {
             lines,
             starts,
             ..
-        } = &mut *self.tile;
+        } = &mut *self.beam;
         let mut nearest = Nearest::none();
         nearest.least = least;
-        let before = Before {
+        let state = GroupState {
             group: &mut groups[ray],
             lines: &lines[ray],
             starts: &starts[ray],
             nearest: &mut nearest,
         };
-        let line = edges.line(&before, |x| *x);
+        let line = edges.line(&state, |x| *x);
         let at = |column: &[f32; WIDE]| column[slot];
         let met = edges.meet(at, &line, any);
         let touched = edges.may_meet(&groups[ray], &lines[ray]) >> slot & 1 != 0;
@@ -80,8 +80,8 @@ impl Traced {
     }
 }
 
-/// Edge functions by f64 from the corners as they are, over what the direction is along
-/// its axis; and [a, b, c].
+/// Computes edge functions in f64 from the original corners, over the direction's part along
+/// its axis, and the determinant [a, b, c].
 fn edges([a, b, c]: &Corners, org: [f64; 3], dir: [f64; 3], along: f64) -> ([f64; 3], f64) {
     let minus =
         |p: &[f32; 3], q: [f64; 3]| -> [f64; 3] { std::array::from_fn(|k| f64::from(p[k]) - q[k]) };
@@ -99,20 +99,20 @@ fn edges([a, b, c]: &Corners, org: [f64; 3], dir: [f64; 3], along: f64) -> ([f64
     (normals.map(|n| dot(n, dir) / along), volume)
 }
 
-/// The least of them, turned as `sign` says.
+/// Returns the least edge function, turned by `sign`.
 fn least(values: [f64; 3], sign: f64) -> f64 {
     let turned = values.map(|x| x * 1.0_f64.copysign(sign));
     turned.into_iter().fold(f64::INFINITY, f64::min)
 }
 
-/// What has been found out about bounds.
+/// Statistics of bounds.
 #[derive(Default)]
 struct Tally {
     pairs: u64,
     sure: u64,
     missed: u64,
     doubts: u64,
-    /// The worst of all errors, over its bound.
+    /// Largest quotient of an error and its bound.
     worst: f64,
 }
 
@@ -142,8 +142,8 @@ impl Tally {
     }
 }
 
-/// Every ray and triangle of many cases: what the tile makes of them, and where the hit
-/// lies, must be what exact arithmetic says. `more`: what else to ask where there is a hit.
+/// Compares certified hits and their depths with exact arithmetic, for every ray and triangle
+/// of many cases. `more` makes further checks of a hit.
 pub fn decisions<E: Probe>(
     seed: u64,
     mut more: impl FnMut(&mut Random, &mut Traced, &Apart, (usize, usize), &Crossing),
@@ -158,8 +158,8 @@ pub fn decisions<E: Probe>(
         for ray in 0..RAYS {
             traced.limit(ray, f32::MAX);
         }
-        let all = E::of(Block::Apart(&block), &traced.tile, false);
-        let (k, sign) = (traced.tile.frustum.axes[2], traced.tile.frustum.sign);
+        let all = E::new(Block::Apart(&block), &traced.beam, false);
+        let (k, sign) = (traced.beam.frustum.axes[2], traced.beam.frustum.sign);
         for (ray, slot) in (0..RAYS).flat_map(|ray| (0..WIDE).map(move |slot| (ray, slot))) {
             let pair = traced.pair(ray, case.corners[slot]);
             let Pair { org, dir, corners } = &pair;
@@ -180,15 +180,15 @@ pub fn decisions<E: Probe>(
                 continue;
             };
             assert!(may, "a hit: {}", what());
-            // Depths count from the origin that all rays share, or from the tree.
-            let start = if traced.tile.parallel {
-                org[k] * f64::from(sign) - f64::from(traced.tile.org[2])
+            // Depths are measured from the shared origin, or from the tree.
+            let start = if traced.beam.parallel {
+                org[k] * f64::from(sign) - f64::from(traced.beam.org[2])
             } else {
                 0.0
             };
             let depth = start + truth.rounded() * along;
             let (from, to) = (f64::from(certified.from), f64::from(certified.to));
-            // f64's own roundings.
+            // Roundings of the comparison in f64.
             let room = 1e-14 * (start.abs() + depth.abs());
             assert!(
                 from <= depth + room && depth - room <= to,
@@ -201,46 +201,46 @@ pub fn decisions<E: Probe>(
     tally.report(E::WHAT);
 }
 
-/// One ray and a block, as a tile meets them: with triangles in lanes, or one after the
-/// other. Blocked or not and by what, or None where it is in doubt.
+/// Tests one ray and a block, with triangles in lanes or one by one. Returns the hit, if any,
+/// or `None` for a deferred ray.
 fn met<E: Edges, Q: Query<f32>>(
-    tile: &mut Tile,
+    beam: &mut TestBeam,
     (block, ray): (&Apart, usize),
     end: f32,
     at_once: bool,
 ) -> Option<Option<u32>> {
-    let decider = GuardedLeaf::<E>::new(Block::Apart(block), tile, Q::ANY);
+    let test = GuardedLeaf::<E>::new(Block::Apart(block), beam, Q::ANY);
     let mut nearest = Nearest::none();
-    let (group, starts) = (&tile.groups[ray], &tile.starts[ray]);
-    nearest.least = if tile.parallel {
+    let (group, starts) = (&beam.groups[ray], &beam.starts[ray]);
+    nearest.least = if beam.parallel {
         starts.depth + end * group.along - starts.slack
     } else {
         end * (group.along * (1.0 - 8.0 * f32::EPSILON))
     };
-    let slots = Decides::<f32>::may_meet(&decider, group, &tile.lines[ray]);
-    let mut before = Before {
-        group: &mut tile.groups[ray],
-        lines: &tile.lines[ray],
-        starts: &tile.starts[ray],
+    let slots = BlockTest::<f32>::may_meet(&test, group, &beam.lines[ray]);
+    let mut state = GroupState {
+        group: &mut beam.groups[ray],
+        lines: &beam.lines[ray],
+        starts: &beam.starts[ray],
         nearest: &mut nearest,
     };
-    let place = Place {
+    let block_ref = BlockRef {
         number: 0,
         sources: &block.source,
     };
     if at_once {
-        decider.ray::<Q>(0, &place, &mut before);
+        test.ray::<Q>(0, &block_ref, &mut state);
     } else {
         for slot in (0..WIDE).filter(|slot| slots >> slot & 1 != 0) {
-            decider.triangle::<Q>(slot, &place, &mut before);
+            test.triangle::<Q>(slot, &block_ref, &mut state);
         }
     }
     let found = nearest.source(0);
     (nearest.deferred == 0).then_some(found)
 }
 
-/// Asks tiles for every ray's nearest hit and for any, before an end that is some
-/// triangle's or next to it.
+/// Compares closest and any hits with exact arithmetic, for ray ends at or next to the hit of
+/// some triangle.
 pub fn answers<E: Probe>(seed: u64) {
     let (mut random, mut certain, mut all) = (Random(seed), 0, 0);
     for number in 0..count() / 4 {
@@ -258,7 +258,7 @@ pub fn answers<E: Probe>(seed: u64) {
     assert!(certain > all / 5, "{}: {certain} of {all}", E::WHAT);
 }
 
-/// One ray, four times. How many of the answers were certain.
+/// Tests one ray four times. Returns the number of decided answers.
 fn ask<E: Edges>(
     random: &mut Random,
     traced: &mut Traced,
@@ -282,12 +282,12 @@ fn ask<E: Edges>(
         order.then(a.cmp(b))
     });
     let first = first.map(|slot| slot as u32);
-    let (tile, mut certain) = (&mut traced.tile, 0);
+    let (beam, mut certain) = (&mut traced.beam, 0);
     for at_once in [true, false] {
-        tile.limit_t::<Certainly, AnyHit<f32>>(ray, end);
-        let any = met::<E, AnyHit<f32>>(tile, (block, ray), end, at_once);
-        tile.limit_t::<Certainly, Closest<f32, Certainly>>(ray, end);
-        let closest = met::<E, Closest<f32, Certainly>>(tile, (block, ray), end, at_once);
+        beam.limit_t::<Certainly, AnyHit<f32>>(ray, end);
+        let any = met::<E, AnyHit<f32>>(beam, (block, ray), end, at_once);
+        beam.limit_t::<Certainly, Closest<f32, Certainly>>(ray, end);
+        let closest = met::<E, Closest<f32, Certainly>>(beam, (block, ray), end, at_once);
         let what = || {
             let Pair { org, dir, .. } = pairs[0];
             let corners = &case.corners;

@@ -1,62 +1,60 @@
-//! Of rays of one direction.
+//! Guarded edge functions of rays of one direction (B11 to B13).
 //!
-//! Everything is sheared by the slopes that the rays share, and counted from the
-//! middle of the tile's lines.
+//! Everything is sheared by the slopes that the rays share and relative to the beam's middle
+//! line.
 
 use super::{Certified, Extents, Line, UNIT};
 use crate::accel::{Block, WIDE};
-use crate::math::lanes::{Lanes, Mask, Register, min};
-use crate::trace::beam::leaf::Before;
+use crate::math::lanes::{Lanes, Mask, Register};
+use crate::trace::beam::leaf::GroupState;
 use crate::trace::beam::local_frame::LocalLines;
 use crate::trace::beam::rays::{Beam, RayGroup};
 
-/// A block's triangles as every ray of one direction needs them, and by how much
-/// rounding may have moved what comes of it.
+/// A block's edge functions and planes with their error bounds.
 #[repr(C, align(64))]
 pub struct Edges {
-    /// Normals of the edges a, b, c (each opposite to its corner) in the plane of
-    /// lines, the last grown by `margin`; `[which][axis][slot]`, turned so that
-    /// det ≥ 0.
+    /// Coefficients of the edge functions a, b, c (each opposite to its corner) over (u, v, 1),
+    /// the last grown by the error bound; `[which][axis][slot]`, turned so that det ≥ 0.
     normal: [[[f32; WIDE]; 3]; 3],
-    /// Of edge functions, twice.
+    /// Twice the error bound of edge functions (B11).
     margin: [f32; WIDE],
-    /// The depth over the plane of lines: along its axes, and where they start.
+    /// Coefficients of the depth over (u, v, 1).
     plane: [[f32; WIDE]; 3],
-    /// How far such a depth is off; infinite where it is not known.
+    /// Error bound of that depth (B12); infinite where there is none.
     slack: [f32; WIDE],
-    /// The corners' least and greatest depth, rounded outward.
+    /// Least and greatest depth of the corners, rounded outward.
     nearest: [f32; WIDE],
     farthest: [f32; WIDE],
-    /// How far a corner's depth is off.
+    /// Error bound of a corner's depth (B12).
     off: f32,
-    /// Triangles that may be in front of the rays.
+    /// Triangles that may lie in front of the rays.
     live: u32,
 }
 
-/// Some rays and triangles.
-pub(in crate::trace::beam) struct Met<L: Lanes> {
-    /// Lanes whose ray may meet the triangle before its limit.
+/// Evaluated edge functions of some rays and triangles.
+pub(in crate::trace::beam) struct Candidates<L: Lanes> {
+    /// Lanes whose ray may hit the triangle before its limit.
     possible: L::Mask,
-    /// The least edge function, not less than exact.
+    /// Least edge function, not below the exact one.
     least: L,
-    /// In the triangle's plane.
+    /// Depth in the triangle's plane.
     depth: L,
     line: Line<L>,
 }
 
 impl super::Edges for Edges {
-    type Met<L: Lanes> = Met<L>;
+    type Candidates<L: Lanes> = Candidates<L>;
 
     #[inline(always)]
-    fn of<L: Lanes, const S: usize>(block: Block, beam: &Beam<L, S>, _any: bool) -> Edges {
+    fn new<L: Lanes, const S: usize>(block: Block, beam: &Beam<L, S>, _any: bool) -> Edges {
         let splat = Register::splat;
         let centre = &beam.centre;
         let sign = splat(beam.frustum.sign);
         let turned = |[x, y, z]: [Register; 3]| [x, y, z * sign];
         let raw = block.columns(beam.frustum.axes).map(turned);
         let minus = |p: [Register; 3], q: [Register; 3]| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
-        // Sheared along the lines, and counted from the middle one; depths count from
-        // the near side of the tree.
+        // Corners are sheared along the lines and relative to the middle one; depths are
+        // relative to the near side of the tree.
         let point = centre.point.map(splat);
         let [slope_a, slope_b] = centre.slopes.map(|s| splat(-s));
         let base = splat(beam.org[2]);
@@ -78,7 +76,6 @@ impl super::Edges for Edges {
         let slope_y = (cb[2] * ac[0] - cb[0] * ac[2]) * inverse;
         let base = a[2] - slope_x * a[0] - slope_y * a[1];
 
-        // As derived in docs/NUMERICS.md.
         let bounds = &centre.bounds;
         let Extents {
             across,
@@ -86,16 +83,17 @@ impl super::Edges for Edges {
             deep,
             lowest,
             highest,
-        } = Extents::of([a, b, c], bounds);
+        } = Extents::new([a, b, c], bounds);
+        // B11.
         let lines_off = across.mul_add(splat(10.6 * UNIT), splat(bounds.edge));
         let tilted = deep * splat(bounds.tilt);
-        // What products lose to underflow is multiplied once more.
+        // Covers the underflow of products that are multiplied once more.
         let tiny = splat(f32::MIN_POSITIVE);
         let margin = extent.mul_add(lines_off, tilted.mul_add(across, tiny));
         let det_error = extent * extent.mul_add(splat(6.4 * UNIT), tilted) + tiny;
-        // The plane's slopes are off by the errors of products of sides, over det, and
-        // three roundings. A depth moves by that over the distance from a corner, and
-        // by the slopes over what corners and lines are off.
+        // B12: the plane's slopes have the errors of products of sides over det, and three
+        // roundings. A depth's error is theirs times the distance from a corner, and the
+        // slopes times the errors of corners and lines.
         let over = slope_x.abs() + slope_y.abs();
         let sides = deep * extent.mul_add(splat(10.4 * UNIT), tilted + tilted);
         let slope_error = over.mul_add(det_error, sides + tiny);
@@ -105,8 +103,7 @@ impl super::Edges for Edges {
 
         let (zero, one) = (Register::zero(), splat(1.0));
         let turn = <Register as Lanes>::select(det.lt(zero), -one, one);
-        // Which way the triangle faces is in doubt, or numbers leave the format:
-        // then every decision is.
+        // Every decision is open if the sign of det is, or if numbers leave the format.
         let largest = (extent + deep) * (across + splat(beam.reach));
         let sane = Lanes::gt(det.abs(), det_error) & Lanes::lt(largest, splat(1e37));
         let margin = <Register as Lanes>::select(sane, margin, splat(f32::INFINITY));
@@ -141,7 +138,7 @@ impl super::Edges for Edges {
         nearest.store(&mut edges.nearest);
         farthest.store(&mut edges.farthest);
         let deepest = splat(beam.deepest());
-        // What is no number is not left out, here and below.
+        // NaN leaves no triangle out, here and below.
         edges.live = (!nearest.gt(deepest)).bits() & block.used();
         edges
     }
@@ -153,48 +150,41 @@ impl super::Edges for Edges {
 
     #[inline(always)]
     fn may_meet<L: Lanes>(&self, group: &RayGroup<L>, lines: &LocalLines<L>) -> u32 {
-        let [[u, du], [v, dv]] = lines.rect;
-        let (u, du) = (Register::splat(u), Register::splat(du));
-        let (v, dv) = (Register::splat(v), Register::splat(dv));
-        let greatest = |which: usize| {
-            let [x, y, z] = &self.normal[which];
-            let n = [Register::load(x), Register::load(y), Register::load(z)];
-            let spread = n[0].abs().mul_add(du, n[1].abs().mul_add(dv, n[2]));
-            n[0].mul_add(u, n[1].mul_add(v, spread))
-        };
-        let least = min(min(greatest(0), greatest(1)), greatest(2));
-        let late = Register::load(&self.nearest).gt(Register::splat(group.deepest));
-        (!(least.lt(Register::zero()) | late)).bits() & self.live
+        super::may_meet(&self.normal, &self.nearest, group, lines) & self.live
     }
 
-    /// The depth where a ray starts is rounded once; in f64 besides.
+    /// The depth of a ray's start is rounded once, and in f64 before that (B13).
     #[inline(always)]
-    fn line<L: Lanes, M: Lanes>(&self, before: &Before<L>, pick: impl Fn(&L) -> M) -> Line<M> {
-        let (group, lines, starts) = (&*before.group, before.lines, before.starts);
+    fn line<L: Lanes, M: Lanes>(&self, state: &GroupState<L>, pick: impl Fn(&L) -> M) -> Line<M> {
+        let (group, lines, starts) = (&*state.group, state.lines, state.starts);
         let depth = pick(&starts.depth);
         let slack = depth.abs() * M::from_f32(1.25 * UNIT) + M::from_f32(self.off * UNIT);
         Line {
             centred: [pick(&lines.u), pick(&lines.v)],
             slopes: [M::zero(); 2],
             start: [depth - slack, depth + slack],
-            least: pick(&before.nearest.least),
+            least: pick(&state.nearest.least),
             limit: pick(&group.limit),
         }
     }
 
     #[inline(always)]
-    fn meet<L: Lanes>(&self, at: impl Fn(&[f32; WIDE]) -> L, line: &Line<L>, _any: bool) -> Met<L> {
+    fn meet<L: Lanes>(
+        &self,
+        at: impl Fn(&[f32; WIDE]) -> L,
+        line: &Line<L>,
+        _any: bool,
+    ) -> Candidates<L> {
         let [u, v] = line.centred;
         let value = |[x, y, z]: &[[f32; WIDE]; 3]| at(x).mul_add(u, at(y).mul_add(v, at(z)));
         let [a, b, c] = &self.normal;
         let least = value(a).min(value(b)).min(value(c));
-        // Of what a ray has just left the depth is behind its start.
+        // The triangle that a ray has just left lies behind its start.
         let depth = value(&self.plane);
         let latest = (depth + at(&self.slack)).min(at(&self.farthest));
         let room = (line.limit - at(&self.nearest)).min(latest - line.start[0]);
-        Met {
-            // One comparison for all. What is no number is left to the others, or in
-            // doubt.
+        Candidates {
+            // One comparison for all conditions; NaN stays possible.
             possible: !least.min(room).lt(L::zero()),
             least,
             depth,
@@ -203,7 +193,7 @@ impl super::Edges for Edges {
     }
 
     #[inline(always)]
-    fn possible<L: Lanes>(met: &Met<L>) -> L::Mask {
+    fn possible<L: Lanes>(met: &Candidates<L>) -> L::Mask {
         met.possible
     }
 
@@ -211,7 +201,7 @@ impl super::Edges for Edges {
     fn certify<L: Lanes>(
         &self,
         at: impl Fn(&[f32; WIDE]) -> L,
-        met: &Met<L>,
+        met: &Candidates<L>,
         _any: bool,
     ) -> Certified<L> {
         let (depth, slack) = (met.depth, at(&self.slack));

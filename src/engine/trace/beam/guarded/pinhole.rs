@@ -1,62 +1,63 @@
-//! Of rays of one origin.
+//! Guarded edge functions of rays of one origin (B6 to B10).
 //!
-//! Unlike in [`super::super::block`], edges come from the corners themselves, counted
-//! from the tile's middle: relative to a far origin they would be rounded before the
-//! difference, and the bounds would grow with the distance (docs/NUMERICS.md). That
-//! neighbours then do not have exactly opposite edge functions does no harm: the bounds
-//! are wider.
+//! Unlike in [`super::super::block`], edges are differences of corners in the beam's local
+//! frame: relative to a far origin corners would be rounded before the difference, and the
+//! bounds would grow with the distance. Neighbours then do not have exactly opposite edge
+//! functions, which is harmless because the bounds are wider.
 
 use super::{Certified, Extents, Line, UNIT};
 use crate::accel::{Block, WIDE};
 use crate::geom::triangle::{cross_with_size, plane_depth_times_det, plane_det};
-use crate::math::lanes::{Lanes, Mask, Register, min};
-use crate::trace::beam::leaf::Before;
+use crate::math::lanes::{Lanes, Mask, Register};
+use crate::trace::beam::leaf::GroupState;
 use crate::trace::beam::local_frame::LocalLines;
 use crate::trace::beam::rays::{Beam, RayGroup};
 
-/// A block's triangles as every ray of one origin needs them, and by how much
-/// rounding may have moved what comes of it.
+/// A block's edge functions and planes with their error bounds.
 #[repr(C, align(64))]
 pub struct Edges {
-    /// Normals of the edges a, b, c (each opposite to its corner), as they are
-    /// counted from the tile's middle and grown by `margin` along the main axis, and
-    /// of the plane as all kernels have it; `[which][axis][slot]`, turned so that
-    /// T ≥ 0.
+    /// Normals of the edges a, b, c (each opposite to its corner) in the local frame, grown
+    /// by the error bound along the main axis, and of the plane as all kernels have it;
+    /// `[which][axis][slot]`, turned so that T ≥ 0.
     normal: [[[f32; WIDE]; 3]; 4],
-    /// Of edge functions, twice.
+    /// Twice the error bound of edge functions (B6).
     margin: [f32; WIDE],
-    /// T: the depth times det. For rays that ask for any hit, no more and no less.
+    /// T: the depth times det.
     top: [f32; WIDE],
+    /// Lower and upper bound of T, for any-hit rays (B10).
     early: [f32; WIDE],
     late: [f32; WIDE],
+    /// Error bound of det (B8).
     det_error: [f32; WIDE],
-    /// A depth z is off by z · (`fixed` + z · `growing`), where det is more than
-    /// four times its error.
+    /// A depth z has the error bound z · (`fixed` + z · `growing`), where det is more than
+    /// four times its error (B9).
     fixed: [f32; WIDE],
     growing: [f32; WIDE],
-    /// The corners' least depth; and that and the greatest, rounded outward.
+    /// Least depth of the corners.
     lowest: [f32; WIDE],
+    /// Least and greatest depth of the corners, rounded outward (B3).
     nearest: [f32; WIDE],
     farthest: [f32; WIDE],
-    /// Triangles that may be in front of the origin.
+    /// Triangles that may lie in front of the origin.
     live: u32,
 }
 
-/// Lanes whose ray may meet the triangle before its limit.
-pub struct Met<L: Lanes> {
+/// Evaluated edge functions of some rays and triangles.
+pub struct Candidates<L: Lanes> {
+    /// Lanes whose ray may hit the triangle before its limit.
     possible: L::Mask,
-    /// The least edge function, and the ray.
+    /// Least edge function, not below the exact one.
     least: L,
-    /// For rays that ask for any hit.
+    /// det; any-hit rays only.
     det: L,
     line: Line<L>,
 }
 
 impl super::Edges for Edges {
-    type Met<L: Lanes> = Met<L>;
+    type Candidates<L: Lanes> = Candidates<L>;
 
     #[inline(always)]
-    fn of<L: Lanes, const S: usize>(block: Block, beam: &Beam<L, S>, any: bool) -> Edges {
+    fn new<L: Lanes, const S: usize>(block: Block, beam: &Beam<L, S>, any: bool) -> Edges {
         let splat = Register::splat;
         let centre = &beam.centre;
         let sign = splat(beam.frustum.sign);
@@ -67,8 +68,8 @@ impl super::Edges for Edges {
         let ac = minus(raw[0], raw[2]);
         let ba = minus(raw[1], raw[0]);
 
-        // Sheared along the tile's middle, and counted from it; depths are those from
-        // the origin, as all kernels have them.
+        // Corners are sheared along the middle line and relative to it; depths are relative
+        // to the origin, as in all kernels.
         let point = centre.point.map(splat);
         let [slope_a, slope_b] = centre.slopes.map(|s| splat(-s));
         let org = beam.org.map(splat);
@@ -93,14 +94,16 @@ impl super::Edges for Edges {
             deep,
             lowest,
             highest,
-        } = Extents::of([a, b, c], bounds);
+        } = Extents::new([a, b, c], bounds);
+        // B6.
         let margin = extent * across.mul_add(splat(13.9 * UNIT), splat(bounds.edge));
         let margin = deep.mul_add(
             across.mul_add(splat(bounds.tilt), splat(bounds.turn)),
             margin,
         );
         let margin = margin + splat(f32::MIN_POSITIVE);
-        // The plane as all kernels have it: its numbers are what t is reported by.
+        // T and det come from the plane as all kernels have it, since t is reported from it
+        // (B8).
         let (plane, size) = cross_with_size(ac, ba);
         let seen = [raw[0][0] - org[0], raw[0][1] - org[1], a[2]];
         let top = plane_depth_times_det(seen, plane);
@@ -115,8 +118,8 @@ impl super::Edges for Edges {
         let (zero, one) = (Register::zero(), splat(1.0));
         let turn = <Register as Lanes>::select(top.lt(zero), -one, one);
         let top = top.abs();
-        // Which way the triangle faces is in doubt, or numbers leave the format (of a
-        // product the bound is at least 10^-18 of it): then every decision is.
+        // Every decision is open if the sign of T is (B8), or if numbers leave the format (B10):
+        // a product's bound is at least 10⁻¹⁸ of it.
         let sized = Lanes::lt(margin, splat(1e17)) & Lanes::lt(det_size + top_size, splat(1e30));
         let sane = Lanes::gt(top, top_error) & sized;
         let infinite = splat(f32::INFINITY);
@@ -153,19 +156,18 @@ impl super::Edges for Edges {
         if any {
             (top + top_error).store(&mut edges.late);
         } else {
-            // |T/D − T̂/D̂| ≤ (|T − T̂| + z |D − D̂|) / |D|, and 1/|D| is at most 4/3
-            // of 1/D̂ = z/T̂. A little more than 4/3 for the roundings.
+            // B9; 1.35 is 4/3 with room for the roundings here.
             let per_top = splat(1.35) / top;
             (per_top * top_error + splat(8.0 * UNIT)).store(&mut edges.fixed);
             (per_top * det_error).store(&mut edges.growing);
         }
-        // One rounding of the difference, one of the origin.
+        // B3.
         let (nearest, farthest) = (lowest - splat(bounds.depth), highest + splat(bounds.depth));
         lowest.store(&mut edges.lowest);
         nearest.store(&mut edges.nearest);
         farthest.store(&mut edges.farthest);
         let deepest = splat(beam.deepest());
-        // What is no number is not left out, here and below.
+        // NaN leaves no triangle out, here and below.
         let beside = farthest.lt(zero) | nearest.gt(deepest);
         edges.live = (!beside).bits() & block.used();
         edges
@@ -178,43 +180,36 @@ impl super::Edges for Edges {
 
     #[inline(always)]
     fn may_meet<L: Lanes>(&self, group: &RayGroup<L>, lines: &LocalLines<L>) -> u32 {
-        let [[u, du], [v, dv]] = lines.rect;
-        let (u, du) = (Register::splat(u), Register::splat(du));
-        let (v, dv) = (Register::splat(v), Register::splat(dv));
-        let greatest = |which: usize| {
-            let [x, y, z] = &self.normal[which];
-            let n = [Register::load(x), Register::load(y), Register::load(z)];
-            let spread = n[0].abs().mul_add(du, n[1].abs().mul_add(dv, n[2]));
-            n[0].mul_add(u, n[1].mul_add(v, spread))
-        };
-        let least = min(min(greatest(0), greatest(1)), greatest(2));
-        let late = Register::load(&self.nearest).gt(Register::splat(group.deepest));
-        (!(least.lt(Register::zero()) | late)).bits() & self.live
+        super::may_meet(&self.normal, &self.nearest, group, lines) & self.live
     }
 
-    /// Depths count from the origin.
+    /// Rays start at depth 0.
     #[inline(always)]
-    fn line<L: Lanes, M: Lanes>(&self, before: &Before<L>, pick: impl Fn(&L) -> M) -> Line<M> {
-        let (group, lines) = (&*before.group, before.lines);
+    fn line<L: Lanes, M: Lanes>(&self, state: &GroupState<L>, pick: impl Fn(&L) -> M) -> Line<M> {
+        let (group, lines) = (&*state.group, state.lines);
         Line {
             centred: [pick(&lines.u), pick(&lines.v)],
             slopes: [pick(&group.u), pick(&group.v)],
             start: [M::zero(); 2],
-            least: pick(&before.nearest.least),
+            least: pick(&state.nearest.least),
             limit: pick(&group.limit),
         }
     }
 
     #[inline(always)]
-    fn meet<L: Lanes>(&self, at: impl Fn(&[f32; WIDE]) -> L, line: &Line<L>, any: bool) -> Met<L> {
+    fn meet<L: Lanes>(
+        &self,
+        at: impl Fn(&[f32; WIDE]) -> L,
+        line: &Line<L>,
+        any: bool,
+    ) -> Candidates<L> {
         let [u, v] = line.centred;
         let value = |[x, y, z]: &[[f32; WIDE]; 3]| at(x).mul_add(u, at(y).mul_add(v, at(z)));
         let [a, b, c, plane] = &self.normal;
         let least = value(a).min(value(b)).min(value(c));
         let mut det = L::zero();
         let room = if any {
-            // Divisions are dearer than this. Limits have more room than these
-            // products and sums are rounded by.
+            // Products instead of a division; the limit has room for their roundings (B10).
             let [x, y, z] = plane;
             let [u, v] = line.slopes;
             det = at(x).mul_add(u, at(y).mul_add(v, at(z)));
@@ -223,9 +218,8 @@ impl super::Edges for Edges {
         } else {
             line.limit - at(&self.nearest)
         };
-        Met {
-            // One comparison for all. What is no number is left to the others, or in
-            // doubt.
+        Candidates {
+            // One comparison for all conditions; NaN stays possible.
             possible: !least.min(room).lt(L::zero()),
             least,
             det,
@@ -234,7 +228,7 @@ impl super::Edges for Edges {
     }
 
     #[inline(always)]
-    fn possible<L: Lanes>(met: &Met<L>) -> L::Mask {
+    fn possible<L: Lanes>(met: &Candidates<L>) -> L::Mask {
         met.possible
     }
 
@@ -242,7 +236,7 @@ impl super::Edges for Edges {
     fn certify<L: Lanes>(
         &self,
         at: impl Fn(&[f32; WIDE]) -> L,
-        met: &Met<L>,
+        met: &Candidates<L>,
         any: bool,
     ) -> Certified<L> {
         let (near, far) = (at(&self.nearest), at(&self.farthest));
@@ -257,7 +251,7 @@ impl super::Edges for Edges {
                 to: near,
             };
         }
-        // What kernels report of t comes from det in this order.
+        // The order of operations by which all kernels compute det.
         let [x, y, z] = &self.normal[3];
         let det = plane_det([at(x), at(y), at(z)], met.line.slopes);
         let depth = at(&self.top) / det;

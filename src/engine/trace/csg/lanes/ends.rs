@@ -1,4 +1,4 @@
-//! Where packets come into operands and leave them, each in its own space.
+//! Spans of operands along a packet, each computed in the operand's frame.
 
 use crate::accel::{PreparedCsg, Slabs};
 use crate::geom::exact::Line;
@@ -13,21 +13,22 @@ use crate::trace::packet::Packet;
 use crate::trace::query::next_up;
 use glam::DVec3;
 
-/// Where slabs were left open: no part of a ray to look for roots in.
+/// Largest |t| in which roots are sought. Slabs left open reach beyond it.
 const FARTHEST: f64 = 1e300;
 
-/// The part of each ray in a box in the solid's space, with room for its roundings in
-/// operands' spaces, each of which counts `condition` times. Empty (enter > exit) outside.
+/// Intersects rays with a box in the solid's space, padded for the roundings on the way to
+/// operands' frames, each times `condition` (X11). The interval is empty (enter > exit) for
+/// a miss.
 #[inline(always)]
 fn part_in<L: Lanes>((org, dir): (Vec3<L>, Vec3<L>), bounds: &Aabb, condition: f64) -> (L, L) {
     let slabs = Slabs::new(org, dir, &bounds.outward());
-    // As `Line::part_in`; of the box itself it is in there. Its rounding is in the pad.
+    // The padding of `Line::part_in` (X11); the slabs pad for their own roundings (X1).
     let slack = org.max_abs() * L::from_f64(condition * (32.0 * f64::EPSILON));
     let side = |side: DVec3, slack: L| side.to_array().map(|x| L::from_f64(x) + slack);
     slabs.interval_each(side(bounds.min, -slack), side(bounds.max, slack))
 }
 
-/// Where rays come into a box, and the lanes that are certainly not in it between two t.
+/// Returns where rays enter a box, and the lanes that certainly miss it between two t.
 #[inline(always)]
 pub(super) fn passes<L: Lanes>(
     (bounds, condition): (&Aabb, f64),
@@ -38,7 +39,7 @@ pub(super) fn passes<L: Lanes>(
     (enter, !enter.max(from).le(exit.min(to)))
 }
 
-/// A packet in the spaces of operands; the last one is kept.
+/// A packet's rays in the frames of operands; the rays of the last frame are kept.
 pub(in crate::trace) struct Spaces<'a, L: Lanes> {
     own: &'a Packet<L>,
     moved: Option<(u32, Frames<L>)>,
@@ -51,7 +52,7 @@ impl<'a, L: Lanes> Spaces<'a, L> {
     }
 
     #[inline(always)]
-    pub fn of(&mut self, csg: &PreparedCsg, frame: u32) -> ObjectRay<'_, L> {
+    pub fn in_frame(&mut self, csg: &PreparedCsg, frame: u32) -> ObjectRay<'_, L> {
         let own = self.own;
         if frame != 0 && !matches!(self.moved, Some((row, _)) if row == frame) {
             let map = &csg.solid.frames[frame as usize].operand_from_solid;
@@ -64,8 +65,8 @@ impl<'a, L: Lanes> Spaces<'a, L> {
         }
     }
 
-    /// All boundaries of a polynomial's solid beyond the rays' start: what lanes are in
-    /// it there, and rows of what each lane crosses one after the other.
+    /// Finds all boundaries of a polynomial operand beyond the rays' start: the lanes inside
+    /// at the start, and one row per boundary in the order of t, as (least, t, greatest).
     pub fn boundaries(
         &mut self,
         (csg, tables): (&PreparedCsg, &Tables),
@@ -91,11 +92,11 @@ impl<'a, L: Lanes> Spaces<'a, L> {
         let zero = <L::Double as Lanes>::zero();
         let astray = match csg.solid.frames.len() {
             1 => zero,
-            // Twice: all of what the definition of placement says.
+            // A polynomial takes the whole placement error, twice that of a quadric (K5).
             _ => csg.astray(operand.frame, own.org.max_abs()) * <L::Double as Lanes>::from_f64(2.0),
         };
         let tape = &tables.implicits.tape[row.index()];
-        let frame = self.of(csg, operand.frame);
+        let frame = self.in_frame(csg, operand.frame);
         let rays = (*frame.org, *frame.dir);
         let found = guarded::implicit::operand_crossings::<L>(
             tape,
@@ -111,19 +112,20 @@ impl<'a, L: Lanes> Spaces<'a, L> {
         }
     }
 
-    /// The same by a solver that answers are taken from as they are; in `fast` alone.
+    /// [`Spaces::boundaries`] by the solver that the scene chooses, without bounds: `fast`.
     #[inline(never)]
     pub fn boundaries_by(
         &mut self,
         (csg, tables): (&PreparedCsg, &Tables),
         (operand, row): (&CsgOperand, ImplicitId),
         active: L::Mask,
+        found: &mut Vec<f64>,
         rows: &mut Vec<[L; 3]>,
     ) -> OperandCrossings<L> {
         let (solver, first) = (tables.implicits.solver(row), rows.len());
         let tape = &tables.implicits.tape[row.index()];
         let bounds = csg.box_around(operand);
-        let (mut inside, mut found) = (0, Vec::new());
+        let mut inside = 0;
         let mut bits = active.bits();
         while bits != 0 {
             let lane = bits.trailing_zeros() as usize;
@@ -145,15 +147,15 @@ impl<'a, L: Lanes> Spaces<'a, L> {
             if !(from < to) {
                 continue;
             }
-            let frame = self.of(csg, operand.frame);
+            let frame = self.in_frame(csg, operand.frame);
             let line = (at(frame.org), at(frame.dir));
-            let is_inside = by_solver::crossings(tape, solver, line, [from, to], &mut found);
+            let is_inside = by_solver::crossings(tape, solver, line, [from, to], found);
             inside |= u32::from(is_inside) << lane;
             for (pass, t) in found.iter().enumerate() {
                 if rows.len() <= first + pass {
                     rows.push([L::splat(L::Scalar::INFINITY); 3]);
                 }
-                // Beyond t_min in the lanes' numbers, too.
+                // t rounded to the lanes' type stays beyond t_min.
                 let least = next_up(self.own.ray.t_min.lane(lane));
                 let t = L::Scalar::from_f64(t.max(least.to_f64()));
                 rows[first + pass] = rows[first + pass].map(|row| row.with_lane(lane, t));
@@ -165,8 +167,8 @@ impl<'a, L: Lanes> Spaces<'a, L> {
         }
     }
 
-    /// Of an operand, by itself. Those of [`Blur::Apart`] are wide enough between frames from the
-    /// start, where `wider` says that others will be.
+    /// Computes an operand's span. Ends of shapes with [`Blur::Apart`] already include the
+    /// placement error if the solid has several frames (K5).
     #[inline(always)]
     pub fn ends<C: Certainty>(
         &mut self,
@@ -175,7 +177,7 @@ impl<'a, L: Lanes> Spaces<'a, L> {
         wider: Option<L>,
     ) -> Ends<L> {
         let own = self.own;
-        let frame = self.of(csg, operand.frame);
+        let frame = self.in_frame(csg, operand.frame);
         let astray = match (operand.shape.blur(), wider) {
             (Blur::Apart, Some(_)) => csg.astray(operand.frame, own.org.max_abs()),
             _ => <L::Double as Lanes>::zero(),
@@ -183,7 +185,7 @@ impl<'a, L: Lanes> Spaces<'a, L> {
         ends::<L, C>(tables, operand.shape, &frame, astray)
     }
 
-    /// The same ends, wide enough for what is one between frames: see [`wider`].
+    /// Widens a span's ends by the slack between frames (K3, K4): see [`widening`].
     #[inline(always)]
     pub fn widened(&mut self, csg: &PreparedCsg, number: u32, ends: &Ends<L>, wider: L) -> Ends<L> {
         let operand = &csg.solid.operands[number as usize];
@@ -196,14 +198,14 @@ impl<'a, L: Lanes> Spaces<'a, L> {
             return wide;
         }
         let own = self.own;
-        let frame = self.of(csg, operand.frame);
+        let frame = self.in_frame(csg, operand.frame);
         let slack = csg.placement_per_reach(operand.frame).map(L::from_f64);
         let slack = own.ray.org.max_abs() * slack[0] + slack[1];
         wide.moved(slack / least_rate(normals, frame.ray))
     }
 }
 
-/// Rays in an operand's space.
+/// Rays in an operand's frame, in f64 and at the lanes' precision.
 pub(in crate::trace) struct Frames<L: Lanes> {
     org: Vec3<L::Double>,
     dir: Vec3<L::Double>,
@@ -211,7 +213,7 @@ pub(in crate::trace) struct Frames<L: Lanes> {
 }
 
 impl<L: Lanes> Frames<L> {
-    // Written where it stays: half a kilobyte.
+    // Inlined so that the half kilobyte is written in place.
     #[inline(always)]
     pub fn new(org: Vec3<L::Double>, dir: Vec3<L::Double>, t_min: L) -> Frames<L> {
         let narrow = |v: Vec3<L::Double>| Vec3::new(L::narrow(v.x), L::narrow(v.y), L::narrow(v.z));
@@ -225,9 +227,10 @@ impl<L: Lanes> Frames<L> {
     }
 }
 
-/// By how much the bounds of boundaries grow: [`PreparedCsg::widening`].
+/// Factor by which intervals of boundaries grow (K3), if the solid has several frames:
+/// see [`PreparedCsg::widening_per_reach`].
 #[inline(always)]
-pub(super) fn wider<L: Lanes, C: Certainty>(csg: &PreparedCsg, ray: &Ray<L>) -> Option<L> {
+pub(super) fn widening<L: Lanes, C: Certainty>(csg: &PreparedCsg, ray: &Ray<L>) -> Option<L> {
     if !C::GUARDED || csg.roughness == 0.0 {
         return None;
     }
@@ -236,8 +239,7 @@ pub(super) fn wider<L: Lanes, C: Certainty>(csg: &PreparedCsg, ray: &Ray<L>) -> 
     Some(L::from_f32(1.0) + (ray.org.max_abs() * share + more))
 }
 
-/// The least rate at which rays leave any of the planes of these unit normals, in their
-/// own space.
+/// Least rate at which rays leave the planes of these unit normals (S48).
 #[inline(always)]
 fn least_rate<L: Lanes>(normals: &[DVec3], ray: &Ray<L>) -> L {
     let mut least = L::splat(L::Scalar::INFINITY);
@@ -248,11 +250,11 @@ fn least_rate<L: Lanes>(normals: &[DVec3], ray: &Ray<L>) -> L {
     least
 }
 
-/// Without bounds: how far apart boundaries are one, so that faces which were made
-/// to coincide leave no skin: so much, and such a part of t; some roundings of the
-/// coordinates there. What else the solid is made of does not matter.
+/// Width in t within which `fast` takes boundaries for one event, so that faces meant to
+/// coincide leave no skin: an absolute part, and a part relative to t (K16). It depends on
+/// the ray alone.
 #[inline(always)]
-pub(super) fn blur<L: Lanes, C: Certainty>(ray: &Ray<L>) -> [L; 2] {
+pub(super) fn event_width<L: Lanes, C: Certainty>(ray: &Ray<L>) -> [L; 2] {
     if C::GUARDED {
         return [L::zero(); 2];
     }
@@ -263,7 +265,7 @@ pub(super) fn blur<L: Lanes, C: Certainty>(ray: &Ray<L>) -> [L; 2] {
     ]
 }
 
-/// Of an operand of one span. `astray`: how far off its surface may be placed.
+/// Computes the span of an operand. `astray`: the surface's placement error (K5).
 #[inline(always)]
 pub(in crate::trace) fn ends<L: Lanes, C: Certainty>(
     tables: &Tables,

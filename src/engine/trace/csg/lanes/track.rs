@@ -1,25 +1,24 @@
-//! One operand along the rays of a packet.
+//! The state of one operand along a packet's rays.
 
 use crate::geom::guarded::Ends;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 
-/// An operand's boundaries beyond the rays' start.
+/// An operand's next boundaries, a ray per lane.
 #[derive(Clone, Copy)]
 pub(super) struct Track<L: Lanes> {
-    /// At least, as computed, at most; infinite where none is left.
+    /// Next boundary as (least, computed, greatest) t; infinite where none is left.
     pub next: [L; 3],
-    /// Where it is left, of rays that `next` says come in.
+    /// Boundary after `next`: the exit of rays that enter there.
     pub exit: [L; 3],
     /// Rays inside, a bit each.
     pub inside: u32,
-    /// Of an operand that rays may come into many times, the rows of what follows
-    /// `exit`: from, to.
+    /// For operands that rays may enter several times: range of the rows that follow `exit`.
     pub more: [usize; 2],
 }
 
 impl<L: Lanes> Track<L> {
-    /// Brings a span to the rays' start: `own` says on which side of it ends lie, `wide`
-    /// what they are one with. Returns the lanes for which that is not certain.
+    /// Starts the walk of a span at the rays' start. `own` decides on which side of the start
+    /// an end lies, `wide` includes the slack of events (K8). Returns the undecided lanes.
     #[inline(always)]
     pub fn start(&mut self, own: &Ends<L>, wide: &Ends<L>, t_min: L) -> u32 {
         let Ends {
@@ -43,7 +42,7 @@ impl<L: Lanes> Track<L> {
         (!certain).bits()
     }
 
-    /// The next of the boundaries that follow take their places, in some lanes.
+    /// Moves the following boundaries up by one row, in some lanes.
     #[inline(always)]
     pub fn follow(&mut self, lanes: L::Mask, rows: &mut [[L; 3]]) {
         let mut before = &mut self.exit;
@@ -59,6 +58,7 @@ impl<L: Lanes> Track<L> {
         }
     }
 
+    /// Crosses the next boundary in some lanes.
     #[inline(always)]
     pub fn flip(&mut self, rays: u32, infinity: L) {
         let lanes = L::Mask::from_bits(rays);
@@ -70,15 +70,15 @@ impl<L: Lanes> Track<L> {
     }
 }
 
-/// Lanes that start certainly beyond a span, and that start within.
+/// Returns the lanes whose start lies certainly beyond a span, and those within it.
 #[inline(always)]
 fn behind<L: Lanes>(own: &Ends<L>, wide: &Ends<L>, t_min: L) -> [L::Mask; 2] {
     let gone = wide.some & own.exit[2].le(t_min);
     [gone, wide.some & !gone & own.enter[2].le(t_min)]
 }
 
-/// No end of a span that certainly lies before the rays' start is one with what lies
-/// beyond this.
+/// Greatest t up to which an end before the rays' start may be one event with a boundary
+/// beyond it (K8).
 #[inline(always)]
 pub(super) fn last_behind<L: Lanes>(own: &Ends<L>, wide: &Ends<L>, t_min: L) -> L {
     let [gone, inside] = behind(own, wide, t_min);

@@ -1,6 +1,6 @@
-//! Rays of one direction against exact arithmetic.
+//! Guarded beams of one direction against exact arithmetic.
 
-use super::super::oracle_tests::{Probe, Tile, Traced, answers, decisions};
+use super::super::oracle_tests::{Probe, TestBeam, Traced, answers, decisions};
 use super::*;
 use crate::math::Vec3;
 use crate::trace::test_cases::{Case, RAYS};
@@ -17,22 +17,22 @@ impl Probe for Edges {
             let back = if i / 4 % 2 == 0 { case.distance } else { 1e-5 };
             std::array::from_fn(|k| case.targets[i][k] - dir[k] / size * back)
         });
-        let mut tile = Box::new(Tile::empty());
+        let mut beam = Box::new(TestBeam::empty());
         let all = [true; RAYS];
         let org = |s: usize| Vec3::splat(orgs[s]);
-        if !tile.take_in_parallel(org, dir, &all, &all, &case.bounds) {
+        if !beam.load_parallel(org, dir, &all, &all, &case.bounds) {
             return None;
         }
-        tile.centre_groups();
+        beam.centre_groups();
         let rays = orgs.map(|org| [org, dir]).to_vec();
-        Some(Traced { tile, rays })
+        Some(Traced { beam, rays })
     }
 
     fn margin(&self, slot: usize) -> f32 {
         self.margin[slot]
     }
 
-    fn least(met: &Met<f32>) -> f32 {
+    fn least(met: &Candidates<f32>) -> f32 {
         met.least
     }
 

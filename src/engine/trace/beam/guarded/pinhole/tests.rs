@@ -1,7 +1,7 @@
-//! Rays of one origin against exact arithmetic.
+//! Guarded beams of one origin against exact arithmetic.
 
 use super::super::Edges as _;
-use super::super::oracle_tests::{Probe, Tile, Traced, answers, decisions};
+use super::super::oracle_tests::{Probe, TestBeam, Traced, answers, decisions};
 use super::*;
 use crate::math::Vec3;
 use crate::trace::test_cases::{Case, RAYS};
@@ -18,22 +18,22 @@ impl Probe for Edges {
         let dirs = case
             .targets
             .map(|p| std::array::from_fn(|k| rounded(p[k] - org[k])));
-        let mut tile = Box::new(Tile::empty());
+        let mut beam = Box::new(TestBeam::empty());
         let all = [true; RAYS];
         let dir = |s: usize| Vec3::<f64>::from(DVec3::from_array(dirs[s]));
-        if !tile.take_in(org, dir, &all, &all, &case.bounds) {
+        if !beam.load_pinhole(org, dir, &all, &all, &case.bounds) {
             return None;
         }
-        tile.centre_pinhole(&case.bounds);
+        beam.centre_pinhole(&case.bounds);
         let rays = dirs.map(|dir| [org, dir]).to_vec();
-        Some(Traced { tile, rays })
+        Some(Traced { beam, rays })
     }
 
     fn margin(&self, slot: usize) -> f32 {
         self.margin[slot]
     }
 
-    fn least(met: &Met<f32>) -> f32 {
+    fn least(met: &Candidates<f32>) -> f32 {
         met.least
     }
 
@@ -45,10 +45,10 @@ impl Probe for Edges {
 #[test]
 fn decisions_are_those_of_exact_arithmetic() {
     decisions::<Edges>(11, |random, traced, block, at, truth| {
-        // The same, asked for any hit before an end that is next to it.
-        let any = Edges::of(Block::Apart(block), &traced.tile, true);
+        // An any-hit ray that ends next to the hit.
+        let any = Edges::new(Block::Apart(block), &traced.beam, true);
         let end = (truth.rounded() * (1.0 + 1e-6 * random.unit())) as f32;
-        let along = traced.tile.groups[at.0].along;
+        let along = traced.beam.groups[at.0].along;
         traced.limit(at.0, end * (along * (1.0 + 8.0 * f32::EPSILON)));
         let before = end * (along * (1.0 - 8.0 * f32::EPSILON));
         let (may, certified, _) = traced.see(&any, at, true, before);

@@ -3,7 +3,7 @@
 
 use crate::common::{ALL_AOVS, Loaded, assets, hash, in_repository, load};
 use glam::{DAffine3, DVec3};
-use lanecast::accel::{KeptTrees, Levels, RefitOutcome, Structure, WORST_REFIT, World};
+use lanecast::accel::{Accelerator, KeptTrees, RefitOutcome, Structure, WORST_REFIT, World};
 use lanecast::geom::Sphere;
 use lanecast::math::{Aabb32, Affine};
 use lanecast::plan::Precision;
@@ -211,7 +211,7 @@ fn fitted_trees_contain_everything() {
                 world
             }
         };
-        let Levels::Wide(levels) = &world.levels else {
+        let Accelerator::Wide(levels) = &world.accelerator else {
             panic!("not wide");
         };
         // Every entry once, at its place, in its leaf's box and all above it.

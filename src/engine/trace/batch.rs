@@ -10,7 +10,7 @@ use super::rays::Rays;
 use super::refine::refine;
 use super::shadow_cache::ShadowCache;
 use super::stream::StreamScratch;
-use crate::accel::{BaselineLevels, Count, Counter, InstanceBvhs, Levels, World};
+use crate::accel::{Accelerator, BaselineAccelerator, Count, Counter, InstanceBvhs, World};
 use crate::geom::{Certainty, Fast, Guarded};
 use crate::math::lanes::{Lanes, f32x4, f32x8, f32x16};
 use crate::plan::{ALL_LANES, Kernels, Precision, native_width};
@@ -111,7 +111,7 @@ pub fn any_counted(
 
 /// Whether steps and tests can be counted: in comparison structures.
 pub fn counts(world: &World) -> bool {
-    matches!(world.levels, Levels::Baseline(_))
+    matches!(world.accelerator, Accelerator::Baseline(_))
 }
 
 /// A batch that runs at any width and certainty. Each instance of each function is a
@@ -126,7 +126,7 @@ trait Batch {
         scratch: &mut StreamScratch,
     );
     /// Packet by packet, through comparison structures.
-    fn packets<L: Lanes, C: Certainty>(self, levels: &BaselineLevels, count: Count);
+    fn packets<L: Lanes, C: Certainty>(self, levels: &BaselineAccelerator, count: Count);
 }
 
 /// Finds the nearest hit of every ray with all decisions made by exact arithmetic, as error
@@ -147,22 +147,22 @@ pub fn closest_doubting_all(world: &World, rays: &Rays, hits: &mut Hits) {
         hits,
         items: None,
     };
-    by_structure_at_one::<DoubtAll>(&world.levels, batch);
+    by_structure_at_one::<DoubtAll>(&world.accelerator, batch);
 }
 
 /// [`by_structure`] where no more than one lane is built.
 #[cfg(feature = "all-lanes")]
-fn by_structure_at_one<C: Certainty>(levels: &Levels, batch: impl Batch) {
+fn by_structure_at_one<C: Certainty>(levels: &Accelerator, batch: impl Batch) {
     match levels {
-        Levels::Nested(levels) => with_scratch(|scratch| {
-            batch.nested::<f32, C, BEAM>(&levels.groups, &mut scratch.streams);
+        Accelerator::Nested(levels) => with_scratch(|scratch| {
+            batch.nested::<f32, C, BEAM>(&levels.instance_bvhs, &mut scratch.streams);
         }),
         _ => flat::<f32, C, BEAM>(levels, Count::default(), batch),
     }
 }
 
 fn dispatch(world: &World, kernels: &Kernels, counter: Option<&Counter>, batch: impl Batch) {
-    let (levels, count) = (&world.levels, Count(counter));
+    let (levels, count) = (&world.accelerator, Count(counter));
     match kernels.precision {
         Precision::Fast => by_structure::<Fast>(kernels.lanes, levels, count, batch),
         Precision::Guarded | Precision::Exact => {
@@ -185,10 +185,10 @@ const fn is_built(lanes: usize) -> bool {
     !cfg!(test) && (ALL_LANES || lanes == native_width())
 }
 
-fn by_structure<C: Certainty>(lanes: usize, levels: &Levels, count: Count, batch: impl Batch) {
-    if let Levels::Nested(levels) = levels {
+fn by_structure<C: Certainty>(lanes: usize, levels: &Accelerator, count: Count, batch: impl Batch) {
+    if let Accelerator::Nested(levels) = levels {
         return with_scratch(|scratch| {
-            batch.nested::<Streamed, C, STREAMED>(&levels.groups, &mut scratch.streams);
+            batch.nested::<Streamed, C, STREAMED>(&levels.instance_bvhs, &mut scratch.streams);
         });
     }
     match lanes {
@@ -199,9 +199,13 @@ fn by_structure<C: Certainty>(lanes: usize, levels: &Levels, count: Count, batch
     }
 }
 
-fn flat<L: Lanes, C: Certainty, const S: usize>(levels: &Levels, count: Count, batch: impl Batch) {
+fn flat<L: Lanes, C: Certainty, const S: usize>(
+    levels: &Accelerator,
+    count: Count,
+    batch: impl Batch,
+) {
     match levels {
-        Levels::Baseline(levels) => batch.packets::<L, C>(levels, count),
+        Accelerator::Baseline(levels) => batch.packets::<L, C>(levels, count),
         _ => with_scratch(|scratch| batch.tiles::<L, C, S>(scratch)),
     }
 }

@@ -14,7 +14,7 @@ use super::ray_stream::StreamRays;
 use super::solids::Lanewise;
 use super::stream::{Met, Stream, StreamScratch, each, limit};
 use crate::accel::{
-    InstanceBvh, InstanceBvhs, InstanceEdge, Reach, STREAM, StreamStack, TlasEntry,
+    InstanceBvh, InstanceBvhs, InstanceEdge, RayExtent, STREAM, StreamStack, TlasEntry,
 };
 use crate::geom::Certainty;
 use crate::math::lanes::Lanes;
@@ -84,7 +84,7 @@ impl Nested<'_, '_> {
         queries: &mut [Q; STREAM],
         solids: &mut Lanewise<L, S>,
     ) {
-        for link in &at.group.open {
+        for link in &at.group.unbounded {
             let (place, first) = self.through(at, link);
             match link.edge.target {
                 Target::Node(node) => {
@@ -123,7 +123,7 @@ impl Nested<'_, '_> {
         queries: &mut [Q; STREAM],
         (solids, scratch): (&mut Lanewise<L, S>, &mut StreamScratch),
     ) {
-        let links = &at.group.links;
+        let links = &at.group.edges;
         let mut level = scratch.levels.pop().unwrap_or_default();
         if level.take_in(self, at, set) {
             let Level { stream_rays, stack } = &mut *level;
@@ -214,10 +214,10 @@ impl Level {
         let Nested { stream, groups } = nested;
         let map = &at.place.object_from_world;
         let largest = |v: [f64; 3]| v[0].abs().max(v[1].abs()).max(v[2].abs());
-        let mut reach = Reach {
+        let mut reach = RayExtent {
             org: 0.0,
             dir: [f64::INFINITY, 0.0],
-            world: groups.reach(),
+            world: groups.extent(),
         };
         each(set, |i| {
             let org = stream.org(i);

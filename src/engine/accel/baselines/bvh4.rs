@@ -17,7 +17,7 @@ use crate::math::lanes::{Lanes, Mask, Scalar};
 
 /// Children per node.
 pub const WIDTH: usize = 4;
-/// Levels that the builder never exceeds, and the stack allows for.
+/// Accelerator that the builder never exceeds, and the stack allows for.
 pub(super) const MAX_DEPTH: usize = 64;
 /// What a walk may leave on the stack, per tree.
 const STACK: usize = MAX_DEPTH * (WIDTH - 1) + 1;
@@ -110,7 +110,7 @@ impl Bvh4 {
         Some(leaves.collect())
     }
 
-    /// Levels of nodes and the leaves below them.
+    /// Accelerator of nodes and the leaves below them.
     fn depth(&self) -> usize {
         let mut deepest = 0;
         let mut open = vec![(0, 1)];

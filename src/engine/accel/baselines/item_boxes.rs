@@ -2,8 +2,8 @@
 //! buffer projects, frame by frame, instead of walking a tree.
 
 use crate::accel::block::Blocks;
+use crate::accel::tlas_entry::TlasEntry;
 use crate::accel::wide_bvh::WIDE;
-use crate::accel::world::TlasEntry;
 use crate::math::Aabb32;
 
 /// `[axis][lower, upper][slot]`.

@@ -11,9 +11,9 @@
 //! needs, it is halved.
 
 use super::bins::{Bins, Grid, halve, partition, partition_in};
+use super::costs::{Costs, MAX_DEPTH, Scale};
 use super::record::{Bound, Extents, Row, id};
 use super::sweep::{SMALL, Sweep};
-use super::{Costs, MAX_DEPTH, Scale};
 use crate::math::Aabb32;
 use rayon::prelude::*;
 
@@ -382,7 +382,7 @@ impl Task {
 
 #[cfg(test)]
 mod tests {
-    use super::super::TRIANGLES;
+    use super::super::costs::TRIANGLES;
     use super::super::record::{Rows, row};
     use super::*;
 

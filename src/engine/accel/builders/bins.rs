@@ -5,8 +5,8 @@
 //! Costs count whole blocks. Equal costs go to the first plane, so the split
 //! depends on the rows alone; bins of chunks are merged in their order.
 
+use super::costs::{Costs, Scale};
 use super::record::{Bound, Extents, Row};
-use super::{Costs, Scale};
 use crate::math::lanes::{Lanes, f32x4, f32x8};
 
 /// Planes to choose from, and one more. Measured: 16 builds no faster, and 64 no

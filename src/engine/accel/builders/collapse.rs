@@ -8,8 +8,8 @@
 //! child of largest area first (Wald, Benthin, Boulos 2008), expected cost is 4 %
 //! lower, and nodes are half as many.
 
-use super::Costs;
 use super::binary::Binary;
+use super::costs::Costs;
 use crate::accel::baselines::bvh4::Child;
 use crate::accel::wide_bvh::{WIDE, WideBvh, WideNode};
 use crate::math::Aabb32;

@@ -6,7 +6,7 @@
 
 use super::blocks;
 use super::collapse::expected_cost;
-use super::{ENTRIES, TRIANGLES};
+use super::costs::{INSTANCES, TRIANGLES};
 use crate::accel::wide_bvh::{WideBlas, WideBvh, WideNode};
 use crate::math::Aabb32;
 use crate::scene::Mesh;
@@ -35,7 +35,7 @@ pub fn refit(tree: &mut WideBlas, mesh: &Mesh) -> f64 {
 /// Brings the tree to new boxes, which stand in the order of its entries.
 pub fn refit_boxes(tree: &mut WideBvh, boxes: &[Aabb32]) -> f64 {
     from_leaves(tree, boxes);
-    tree.sah = expected_cost(tree, &ENTRIES);
+    tree.sah = expected_cost(tree, &INSTANCES);
     tree.sah
 }
 

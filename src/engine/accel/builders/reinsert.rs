@@ -15,8 +15,8 @@
 //! (docs/BENCHMARKS.md). No move makes the tree deeper than [`MAX_DEPTH`].
 
 use super::binary::Binary;
+use super::costs::{MAX_DEPTH, Scale};
 use super::record::{Bound, Row};
-use super::{MAX_DEPTH, Scale};
 use rayon::prelude::*;
 
 /// Rounds at most, and the share of the cost that one must save for another to
@@ -349,13 +349,13 @@ fn area(scale: Scale, bound: Bound) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Costs, ENTRIES};
+    use super::super::costs::{Costs, INSTANCES};
     use super::*;
     use crate::math::Aabb32;
 
     /// The builder's tree over boxes, with leaves of so many at most.
     fn grown(boxes: &[Aabb32], leaf: usize) -> (Vec<Binary>, Vec<u32>) {
-        let costs = Costs { leaf, ..ENTRIES };
+        let costs = Costs { leaf, ..INSTANCES };
         super::super::grow(boxes.len(), |i| boxes[i], &costs)
     }
 
@@ -433,7 +433,7 @@ mod tests {
             let boxes = (0..2 + case % 120).map(|_| {
                 let corners: [[f32; 3]; 3] =
                     std::array::from_fn(|_| std::array::from_fn(|_| (next() * 16.0).floor()));
-                crate::accel::world::corner_bounds(&corners)
+                crate::accel::bounds::corner_bounds(&corners)
             });
             let boxes: Vec<Aabb32> = boxes.collect();
             let (nodes, order) = grown(&boxes, 1 + case % 4);

@@ -6,8 +6,8 @@
 //! Here the count of blocks decides: a split that fills whole blocks is cheaper
 //! than one beside it that starts another.
 
+use super::costs::{Costs, Scale};
 use super::record::{Bound, Extents, Row};
-use super::{Costs, Scale};
 
 /// Ranges up to here are swept.
 pub(super) const SMALL: usize = 128;

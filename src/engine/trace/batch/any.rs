@@ -1,7 +1,7 @@
 //! Whether anything is in the way of many rays.
 
 use super::Batch;
-use crate::accel::{BaselineLevels, Count, InstanceBvhs, STREAM, World};
+use crate::accel::{BaselineAccelerator, Count, InstanceBvhs, STREAM, World};
 use crate::geom::Certainty;
 use crate::math::lanes::{Lanes, Mask};
 use crate::trace::beam::{BEAM, BeamScratch, Beams, Tile};
@@ -113,7 +113,7 @@ impl AnyBatch<'_> {
 
 impl Batch for AnyBatch<'_> {
     #[inline(never)]
-    fn packets<L: Lanes, C: Certainty>(mut self, levels: &BaselineLevels, count: Count) {
+    fn packets<L: Lanes, C: Certainty>(mut self, levels: &BaselineAccelerator, count: Count) {
         let world = self.world;
         let mut scratch = [levels.tlas.scratch::<L>(), levels.tlas.scratch::<L>()];
         for first in (0..self.rays.len()).step_by(L::COUNT) {

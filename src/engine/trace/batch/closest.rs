@@ -1,7 +1,7 @@
 //! Nearest hits of many rays.
 
 use super::Batch;
-use crate::accel::{BaselineLevels, Count, InstanceBvhs, STREAM, World};
+use crate::accel::{BaselineAccelerator, Count, InstanceBvhs, STREAM, World};
 use crate::geom::Certainty;
 use crate::math::lanes::Lanes;
 use crate::trace::beam::{BEAM, BeamScratch, Beams, Tile};
@@ -85,7 +85,7 @@ impl ClosestBatch<'_, '_> {
 
 impl Batch for ClosestBatch<'_, '_> {
     #[inline(never)]
-    fn packets<L: Lanes, C: Certainty>(mut self, levels: &BaselineLevels, count: Count) {
+    fn packets<L: Lanes, C: Certainty>(mut self, levels: &BaselineAccelerator, count: Count) {
         let mut scratch = [levels.tlas.scratch::<L>(), levels.tlas.scratch::<L>()];
         for first in (0..self.rays.len()).step_by(L::COUNT) {
             let packet = self.rays.packet::<L>(first, self.world);

@@ -45,7 +45,7 @@ impl Probe for Edges {
 fn decisions_are_those_of_exact_arithmetic() {
     decisions::<Edges>(11, |random, traced, block, at, truth| {
         // The same, asked for any hit before an end that is next to it.
-        let any = Edges::of(Block::Apart(block), &traced.tile, true);
+        let any = Edges::of(Block::Unindexed(block), &traced.tile, true);
         let end = (truth.rounded() * (1.0 + 1e-6 * random.unit())) as f32;
         let along = traced.tile.groups[at.0].along;
         traced.limit(at.0, end * (along * (1.0 + 8.0 * f32::EPSILON)));

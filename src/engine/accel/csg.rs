@@ -87,7 +87,7 @@ pub const SLOWEST: f64 = 1.0 / (1_u64 << 26) as f64;
 impl PlacementBounds {
     /// Bounds the operands in `frame` of a solid whose largest coordinate is `size`
     /// (docs/numerics/csg.md, K4, K5 and K7).
-    fn of(frame: &Frame, size: f64) -> PlacementBounds {
+    fn bound(frame: &Frame, size: f64) -> PlacementBounds {
         let (to, from) = (&frame.operand_from_solid, &frame.solid_from_operand);
         let (to_norm, from_norm) = (to.norm(), from.norm());
         let moved = DVec3::from_array(to.translation).abs().max_element();
@@ -110,13 +110,13 @@ impl PlacementBounds {
 
 impl PreparedCsg {
     /// Prepares the CSG solid `id`, which is the shape `shape`.
-    pub fn of(
+    pub fn prepare(
         tables: &Tables,
         shape: ShapeId,
         id: CsgId,
         trees: &mut MeshCrossingTrees,
     ) -> PreparedCsg {
-        PreparedCsg::of_solid(tables, shape, CsgSolid::of(tables, id), trees)
+        PreparedCsg::prepare_solid(tables, shape, CsgSolid::of(tables, id), trees)
     }
 
     /// Prepares the CSG solids that instances place, by row. Solids that are only operands
@@ -127,7 +127,7 @@ impl PreparedCsg {
         let mut trees = MeshCrossingTrees::default();
         for (row, (shape, times)) in (0..).zip(scene.shapes.rows.iter().zip(appears)) {
             if let (Shape::Csg(id), 1..) = (shape, times) {
-                let solid = PreparedCsg::of(scene, ShapeId(row), *id, &mut trees);
+                let solid = PreparedCsg::prepare(scene, ShapeId(row), *id, &mut trees);
                 solids[id.index()] = Some(solid);
             }
         }
@@ -135,12 +135,12 @@ impl PreparedCsg {
     }
 
     /// Prepares a solid of one operand: a shape that has an inside and is no CSG solid.
-    pub fn of_one(tables: &Tables, shape: ShapeId) -> PreparedCsg {
+    pub fn prepare_single(tables: &Tables, shape: ShapeId) -> PreparedCsg {
         let solid = CsgSolid::of_one(tables, shape);
-        PreparedCsg::of_solid(tables, shape, solid, &mut MeshCrossingTrees::default())
+        PreparedCsg::prepare_solid(tables, shape, solid, &mut MeshCrossingTrees::default())
     }
 
-    fn of_solid(
+    fn prepare_solid(
         tables: &Tables,
         shape: ShapeId,
         solid: CsgSolid,
@@ -185,7 +185,7 @@ impl PreparedCsg {
         }
         let frames = solid.frames.iter().map(|frame| frame.reach);
         let size = frames.fold(own.map_or(f64::INFINITY, |b| b.max_abs()), f64::max);
-        let placement = |frame| PlacementBounds::of(frame, size);
+        let placement = |frame| PlacementBounds::bound(frame, size);
         let placements: Vec<PlacementBounds> = solid.frames.iter().map(placement).collect();
         let event = match &placements[..] {
             [_] => [0.0; 2],

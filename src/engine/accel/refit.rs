@@ -107,7 +107,7 @@ impl World {
             if TlasCost::new(sah, &accelerator.tlas.bounds).is_within(worst, &built) {
                 let entries = TlasEntries { bounded, ..all };
                 let mut world =
-                    World::of(scene, instances, Accelerator::Wide(accelerator), entries);
+                    World::from_parts(scene, instances, Accelerator::Wide(accelerator), entries);
                 world.tlas_built = built;
                 world.quality = quality;
                 return (world, RefitOutcome::Refitted);
@@ -116,7 +116,8 @@ impl World {
         let bounded;
         (accelerator.tlas, bounded) = build_tlas(&all.bounded, quality);
         let entries = TlasEntries { bounded, ..all };
-        let mut world = World::of(scene, instances, Accelerator::Wide(accelerator), entries);
+        let mut world =
+            World::from_parts(scene, instances, Accelerator::Wide(accelerator), entries);
         world.quality = quality;
         (world, RefitOutcome::Rebuilt)
     }

@@ -34,7 +34,7 @@ pub struct TlasEntry {
 impl TlasEntry {
     /// Builds the entry of instance `id` of a shape with the object-space box `own`, in a
     /// world whose boxes count from `center`.
-    pub fn of(
+    pub fn place(
         scene: &Tables,
         shape: ShapeId,
         own: Aabb32,
@@ -120,7 +120,7 @@ fn entries_about(
     let [mut bounded, mut unbounded] = [Vec::new(), Vec::new()];
     for (id, row) in (0_u64..).zip(instances.iter(scene)) {
         let own = own[row.shape.index()];
-        let entry = TlasEntry::of(scene, row.shape, own, id, &row.place(), center);
+        let entry = TlasEntry::place(scene, row.shape, own, id, &row.place(), center);
         if entry.is_unbounded() {
             unbounded.push(entry);
         } else {

@@ -148,14 +148,14 @@ impl World {
                 (AnyIndex::Bvh4(linear(p.boxes)), order.collect())
             }),
         };
-        let mut world = World::of(scene, instances, accelerator, entries);
+        let mut world = World::from_parts(scene, instances, accelerator, entries);
         world.item_boxes = item_boxes;
         world.quality = quality;
         world
     }
 
     /// Makes a flat world of its structures and entries.
-    pub(super) fn of(
+    pub(super) fn from_parts(
         scene: &Scene,
         instances: &Instances,
         accelerator: Accelerator,
@@ -248,7 +248,7 @@ impl World {
             unreachable!("a flat world has an entry for each of its instances");
         };
         let own = instance_bvhs.own[row.shape.index()];
-        TlasEntry::of(&self.scene, row.shape, own, id, &row.place(), self.center)
+        TlasEntry::place(&self.scene, row.shape, own, id, &row.place(), self.center)
     }
 
     /// Iterates over the unbounded entries that are no meshes.

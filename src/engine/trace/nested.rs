@@ -99,7 +99,7 @@ impl Nested<'_, '_> {
                 }
                 Target::Shape(shape) => {
                     let own = self.groups.own[shape.index()];
-                    let entry = TlasEntry::of(
+                    let entry = TlasEntry::place(
                         &self.stream.world.scene,
                         shape,
                         own,
@@ -186,7 +186,7 @@ impl Nested<'_, '_> {
             }
             Target::Shape(shape) => {
                 let own = self.groups.own[shape.index()];
-                let entry = TlasEntry::of(
+                let entry = TlasEntry::place(
                     &self.stream.world.scene,
                     shape,
                     own,

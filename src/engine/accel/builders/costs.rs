@@ -63,7 +63,7 @@ pub(super) struct Scale(f32);
 
 impl Scale {
     /// Returns the scale for boxes inside `bounds`.
-    pub(super) fn of(bounds: Bound) -> Scale {
+    pub(super) fn fit(bounds: Bound) -> Scale {
         let [x, y, z] = bounds.extent();
         let size = x.max(y).max(z);
         if !(size.is_finite() && size > 0.0) {

@@ -139,7 +139,7 @@ fn grow(
         .fold(Extents::empty(), |all, part| part.union(&all));
     let plan = Plan {
         costs: *costs,
-        scale: Scale::of(extents.bounds),
+        scale: Scale::fit(extents.bounds),
     };
     let (rows, spare): (&mut [Row], &mut [Row]) = (rows.rows(), spare.rows());
     binary::grow(rows, spare, &extents, &plan)

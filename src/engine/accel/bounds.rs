@@ -3,10 +3,10 @@
 
 use crate::geom::triangle::Corners;
 use crate::math::{Aabb, Aabb32};
-use crate::scene::{Placement, Shape, Tables};
+use crate::scene::Placement;
 use glam::DVec3;
 
-/// The largest [condition](Placement::blur) of a placement whose shape gets a box in world
+/// The largest [condition](Placement::conditioning) of a placement whose shape gets a box in world
 /// space. Beyond it the rounding of the object ray, seen from the world, exceeds what
 /// [`SKEW`](super::SKEW) has room for (docs/numerics/boxes.md, X7).
 pub(super) const MAX_CONDITION: f64 = 4096.0;
@@ -25,14 +25,6 @@ pub fn corner_bounds(corners: &Corners) -> Aabb32 {
     Aabb32 {
         min: std::array::from_fn(|k| lower(lower(a[k], b[k]), c[k])),
         max: std::array::from_fn(|k| upper(upper(a[k], b[k]), c[k])),
-    }
-}
-
-/// Returns the point that a shape's own box counts from: a mesh's centre, or the origin.
-pub(super) fn center_of(scene: &Tables, shape: Shape) -> DVec3 {
-    match shape {
-        Shape::Mesh(id) => scene.meshes.center[id.index()],
-        _ => DVec3::ZERO,
     }
 }
 

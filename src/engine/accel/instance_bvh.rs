@@ -11,13 +11,13 @@
 //! inverse is in the box, and the rounding of the rays is in the pad. Checked by
 //! tests/structures/nested.rs: the hits are those of a flat world, bit for bit.
 
-use super::bounds::{FAR, center_of, world_bounds};
+use super::bounds::{FAR, world_bounds};
 use super::builders::{BuildQuality, build_boxes};
 use super::wide_bvh::WideBvh;
 use crate::math::{Aabb, Aabb32, Affine};
 use crate::scene::{
     Edge, Instances, NodeId, Placement, Scene, ShapeId, Tables, Target, children_first, far_center,
-    used_nodes,
+    shape_center, used_nodes,
 };
 use glam::DVec3;
 
@@ -309,7 +309,7 @@ impl Builder<'_> {
         }
         let own = own.widened();
         let outside = own.max_abs() * (OUTSIDE * 0.5 * f64::from(f32::EPSILON));
-        let center = center_of(self.scene, self.scene.shapes.row(shape));
+        let center = shape_center(self.scene, self.scene.shapes.row(shape));
         world_bounds(&own.grown(DVec3::splat(outside)), place, center)
     }
 }

@@ -4,10 +4,12 @@
 //! share. Entries without a world-space box stand in a list of their own, which every ray
 //! asks.
 
-use super::bounds::{FAR, MAX_CONDITION, center_of, world_bounds};
+use super::bounds::{FAR, MAX_CONDITION, world_bounds};
 use super::instance_bvh::InstanceBvhs;
 use crate::math::{Aabb, Aabb32};
-use crate::scene::{Instances, Placement, Scene, Shape, ShapeId, Tables, far_center, shape_bounds};
+use crate::scene::{
+    Instances, Placement, Scene, Shape, ShapeId, Tables, far_center, shape_bounds, shape_center,
+};
 use glam::DVec3;
 
 /// One instance, as the leaves of the top-level structure hold it.
@@ -46,8 +48,8 @@ impl TlasEntry {
         let (row, shape) = (shape, scene.shapes.row(shape));
         let bounds = if !placed || own == Aabb32::EVERYTHING {
             own
-        } else if place.blur(scene, row).norm() <= MAX_CONDITION {
-            let world = world_bounds(&own.widened(), place, center_of(scene, shape));
+        } else if place.conditioning(scene, row).norm() <= MAX_CONDITION {
+            let world = world_bounds(&own.widened(), place, shape_center(scene, shape));
             world.map_or(Aabb32::EVERYTHING, |world| {
                 Aabb::new(world.min - center, world.max - center).outward()
             })

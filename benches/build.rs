@@ -9,12 +9,12 @@ mod common;
 
 use common::{displaced_sphere, mesh_scene, one_thread, quick};
 use criterion::{Criterion, SamplingMode, Throughput, criterion_group, criterion_main};
-use lanecast::accel::{
+use lanecast::internals::accel::{
     BuildQuality, Bvh4Quality, Structure, WIDE, World, build_boxes, build_bvh4, build_mesh,
     corner_bounds, refit,
 };
-use lanecast::math::Aabb32;
-use lanecast::scene::{Instances, Meshes};
+use lanecast::internals::math::Aabb32;
+use lanecast::internals::scene::{Instances, Meshes};
 use std::hint::black_box;
 
 fn sah_build(c: &mut Criterion) {

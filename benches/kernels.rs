@@ -15,10 +15,10 @@ mod solids;
 use common::{Native32, Native64, quick};
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::DVec3;
-use lanecast::geom::triangle::exact::{Pair, edge_functions, meet_exact};
-use lanecast::geom::*;
-use lanecast::math::Vec3;
-use lanecast::math::lanes::{Lanes, Mask, Scalar};
+use lanecast::internals::geom::triangle::exact::{Pair, edge_functions, meet_exact};
+use lanecast::internals::geom::*;
+use lanecast::internals::math::Vec3;
+use lanecast::internals::math::lanes::{Lanes, Mask, Scalar};
 use std::cmp::Ordering::{Equal, Less};
 use std::hint::black_box;
 

@@ -9,9 +9,9 @@
 //! the same.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use lanecast::math::lanes::{Lanes, Mask, f64x8};
-use lanecast::roots::lanes::{Segment, Waiting, exists, from_powers, nearest};
-use lanecast::roots::{Interval, Polynomial, Solver, Want, solve};
+use lanecast::internals::math::lanes::{Lanes, Mask, f64x8};
+use lanecast::internals::roots::lanes::{Segment, Waiting, exists, from_powers, nearest};
+use lanecast::internals::roots::{Interval, Polynomial, Solver, Want, solve};
 use std::hint::black_box;
 use std::time::Duration;
 

@@ -10,12 +10,12 @@ mod common;
 use common::{one_thread, quick};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
-use lanecast::accel::{Structure, World};
-use lanecast::geom::{Cuboid, Cylinder, Sphere};
-use lanecast::math::Affine;
-use lanecast::plan::{Choices, Precision, plan};
-use lanecast::render::{Progress, RenderConfig, View, render};
-use lanecast::scene::{
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::geom::{Cuboid, Cylinder, Sphere};
+use lanecast::internals::math::Affine;
+use lanecast::internals::plan::{Choices, Precision, plan};
+use lanecast::internals::render::{Progress, RenderConfig, View, render};
+use lanecast::internals::scene::{
     Camera, Edge, Falloff, Instances, Light, Operand, Operator, Scene, SceneBuilder, ShapeId,
 };
 

@@ -16,11 +16,11 @@ use common::{
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
-use lanecast::accel::{Structure, World};
-use lanecast::measure::queries::Answers;
-use lanecast::measure::ray_kinds::Kind;
-use lanecast::scene::{Instances, MeshData, Scene};
-use lanecast::trace::Caching;
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::measure::queries::Answers;
+use lanecast::internals::measure::ray_kinds::Kind;
+use lanecast::internals::scene::{Instances, MeshData, Scene};
+use lanecast::internals::trace::Caching;
 use rayon::ThreadPool;
 
 const SIDE: u32 = 256;

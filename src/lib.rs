@@ -1,25 +1,13 @@
-//! Lanecast: a CPU ray tracer that knows how wrong it is.
+//! Lanecast: a CPU ray tracer whose decisions are exact.
 //!
-//! Triangles, spheres, ellipsoids, cylinders, cones, boxes, polyhedra, quadrics
-//! and polygons are traced in coherent packets of SIMD lanes, with the same bits at
-//! every lane width, structure, thread count and tile split. A scalar
-//! [`reference`] tracer, written apart, says what is right.
-//!
-//! The way of the data, one module a stage: [`io`] or a
-//! [`SceneBuilder`](scene::SceneBuilder) fills the tables of a
-//! [`scene`], [`plan`] chooses kernels and structure, [`accel`] builds the
-//! trees, [`trace`] answers batches of rays, [`shade`] turns hits into light,
-//! [`render`] makes the picture of it.
+//! What a ray meets is what exact arithmetic says, so a picture has the same bits at every
+//! lane width, structure, thread count, tile split and machine.
 //!
 //! ```
-//! use glam::DVec3;
-//! use lanecast::accel::{Structure, World};
-//! use lanecast::geom::{HalfSpace, Sphere};
-//! use lanecast::plan::{Choices, plan};
-//! use lanecast::render::{Progress, RenderConfig, View, render};
-//! use lanecast::scene::*;
+//! use lanecast::{DVec3, Edge, Material, RayBatch, RenderConfig, SceneBuilder, Tracer, TracerOptions};
+//! use lanecast::shapes::{HalfSpace, Sphere};
 //!
-//! // Tables, checked once.
+//! // A scene: tables, checked once. `lanecast::load` reads one from a file.
 //! let mut scene = SceneBuilder::default();
 //! let brass = scene.material("brass", Material::metallic_roughness([0.85, 0.65, 0.25], 1.0, 0.2));
 //! let ball = scene.sphere("ball", Sphere { center: DVec3::Y, radius: 1.0 });
@@ -28,30 +16,72 @@
 //! scene.instance("", Edge::shape(floor));
 //! let scene = scene.finish()?;
 //!
-//! // A default view and lights, since the scene brings none.
+//! // Its trees, and what rays meet.
+//! let tracer = Tracer::new(&scene, &TracerOptions::default())?;
+//! let mut rays = RayBatch::default();
+//! rays.push(DVec3::new(0.0, 1.0, 5.0), -DVec3::Z);
+//! rays.push(DVec3::new(0.0, 3.0, 5.0), DVec3::Y);
+//! let hits = tracer.closest(&rays);
+//! assert_eq!(hits.get(0).map(|hit| hit.t), Some(4.0));
+//! assert_eq!(hits.get(1), None);
+//!
+//! // A picture, with default view and lights, since the scene brings none.
 //! let config = RenderConfig { width: 64, height: 48, ..RenderConfig::default() };
-//! let instances = Instances::of(&scene)?;
-//! let (scene, camera) = scene.completed(None, &instances, 64.0 / 48.0);
-//!
-//! // What the scene needs, its trees, its picture.
-//! let plan = plan(&scene, &instances, &Choices::default())?;
-//! let world = World::build(&scene, &instances, Structure::Bvh);
-//! let view = View { world: &world, kernels: plan.kernels, camera, lights: &scene.lights };
-//! let rendered = render(&view, &config, false, &Progress::default())?;
-//!
-//! assert_eq!(rendered.counts.primary, 64 * 48);
-//! assert!(rendered.counts.primary_hits > 0);
-//! // rendered.picture.save("ball.png".as_ref())?;
-//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! let picture = tracer.render(&config, &Default::default(), &|_tile| ())?;
+//! assert_eq!(picture.color.len(), 64 * 48);
+//! // picture.save("ball.png".as_ref())?;
+//! # Ok::<(), lanecast::Error>(())
 //! ```
+//!
+//! The items below are the stable interface. `benches/tracer.rs` is an example that uses
+//! nothing else. The parts that they stand on are under [`internals`] and may change with any
+//! version.
 
-pub use lanecast_engine::{accel, trace};
-pub use lanecast_io as io;
-pub use lanecast_model::{csg, geom, plan, scene};
-pub use lanecast_numerics::{math, roots};
-pub use lanecast_reference as reference;
+// Scenes: from a file, or built.
+pub use lanecast_io::{LoadError, LoadOptions, Loaded, load};
+pub use lanecast_model::scene::{Camera, Edge, Light, Material, MeshData, Scene, SceneBuilder};
+// Tracing.
+pub use lanecast_engine::trace::{End, Span, Spans};
+pub use lanecast_model::plan::{Choices, Precision};
+pub use tracer::{Error, Hit, Hits, RayBatch, Tracer, TracerOptions};
+// Pictures.
+pub use lanecast_io::{AovSet, Picture};
+pub use render::{FinishedTile, Progress, RenderConfig};
+// Vectors.
+pub use glam::DVec3;
 
+/// Rows of the scene's tables: what a shape is made from.
+pub mod shapes {
+    pub use lanecast_model::geom::{
+        Clip, Cone, Cuboid, Cylinder, Ellipsoid, Formula, HalfSpace, Implicit, LevelSet, Polygon,
+        Prism, Quadric, Sphere, Tape,
+    };
+}
+
+/// The parts of the tracer, for its tests and for people who study them: they may change with
+/// any version. docs/ARCHITECTURE.md says what each is and which may use which.
+pub mod internals {
+    #[doc(inline)]
+    pub use crate::{cli, measure, render, shade};
+    pub use lanecast_engine::{accel, trace};
+    pub use lanecast_io as io;
+    pub use lanecast_model::{csg, geom, plan, scene};
+    pub use lanecast_numerics::{math, roots};
+    pub use lanecast_reference as reference;
+}
+
+use lanecast_engine::{accel, trace};
+use lanecast_io as io;
+use lanecast_model::{geom, plan, scene};
+use lanecast_numerics::{math, roots};
+use lanecast_reference as reference;
+
+#[doc(hidden)]
 pub mod cli;
+#[doc(hidden)]
 pub mod measure;
+#[doc(hidden)]
 pub mod render;
+#[doc(hidden)]
 pub mod shade;
+mod tracer;

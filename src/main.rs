@@ -6,8 +6,8 @@ use std::process::ExitCode;
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
 #[used]
 #[unsafe(link_section = ".init_array.00050")]
-static BEFORE_MAIN: extern "C" fn() = lanecast::cli::check_before_main;
+static BEFORE_MAIN: extern "C" fn() = lanecast::internals::cli::check_before_main;
 
 fn main() -> ExitCode {
-    lanecast::cli::main()
+    lanecast::internals::cli::main()
 }

@@ -2,16 +2,16 @@
 #![allow(dead_code)]
 
 use glam::DVec3;
-use lanecast::accel::{Density, KdQuality, Structure, World};
-use lanecast::geom::{Cuboid, Sphere};
-use lanecast::math::lanes::*;
-use lanecast::measure::queries::{Answers, Ask, trace};
-use lanecast::measure::ray_kinds::{Kind, Order};
-use lanecast::measure::rays::{Source, direction_of, ray_sets};
-use lanecast::plan::{Choices, Kernels, Precision, plan};
-use lanecast::render::{Grid, Progress};
-use lanecast::scene::{Camera, Edge, Instances, MeshData, Scene, SceneBuilder};
-use lanecast::trace::Caching;
+use lanecast::internals::accel::{Density, KdQuality, Structure, World};
+use lanecast::internals::geom::{Cuboid, Sphere};
+use lanecast::internals::math::lanes::*;
+use lanecast::internals::measure::queries::{Answers, Ask, trace};
+use lanecast::internals::measure::ray_kinds::{Kind, Order};
+use lanecast::internals::measure::rays::{Source, direction_of, ray_sets};
+use lanecast::internals::plan::{Choices, Kernels, Precision, plan};
+use lanecast::internals::render::{Grid, Progress};
+use lanecast::internals::scene::{Camera, Edge, Instances, MeshData, Scene, SceneBuilder};
+use lanecast::internals::trace::Caching;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 /// One register of each.
@@ -142,7 +142,7 @@ pub fn city(side: u32) -> Scene {
 /// What a traversal bench needs of a scene.
 pub struct Traced {
     pub world: World,
-    pub rays: Vec<(Kind, lanecast::io::RaySet)>,
+    pub rays: Vec<(Kind, lanecast::internals::io::RaySet)>,
     pub modes: Vec<(&'static str, Kernels)>,
 }
 
@@ -200,7 +200,7 @@ pub fn run(traced: &Traced, kernels: &Kernels, number: usize, answers: &mut Answ
 /// The same in any structure over the scene, with or without a shadow cache.
 pub fn run_in(
     (world, kernels, caching): (&World, &Kernels, Caching),
-    (kind, rays): &(Kind, lanecast::io::RaySet),
+    (kind, rays): &(Kind, lanecast::internals::io::RaySet),
     answers: &mut Answers,
 ) {
     let ask: Ask = kind.ask();

@@ -2,8 +2,8 @@
 
 use criterion::Criterion;
 use glam::DVec3;
-use lanecast::geom::exact::{Line, Root, Solid, first_beyond};
-use lanecast::geom::{Cone, Cuboid, Ellipsoid, HalfSpace, Polygon, Quadric, Sphere};
+use lanecast::internals::geom::exact::{Line, Root, Solid, first_beyond};
+use lanecast::internals::geom::{Cone, Cuboid, Ellipsoid, HalfSpace, Polygon, Quadric, Sphere};
 use std::hint::black_box;
 
 /// A name, the primitive, a ray that certainly meets it, and one that touches it

@@ -3,12 +3,13 @@
 
 use super::error::CliError;
 use super::scene;
-use crate::accel::{BuildQuality, Density, KdQuality, Structure, World};
+use crate::accel::{BuildQuality, KdQuality, World};
 use crate::io::{LoadError, LoadOptions};
 use crate::measure::{PlanSummary, SceneCounts, Stats, Watch};
-use crate::plan::{Accel, Plan, PlanError, plan};
-use crate::render::{Grid, RenderConfig};
+use crate::plan::{Plan, PlanError, plan};
+use crate::render::RenderConfig;
 use crate::scene::{Camera, Instances, Scene, builtin};
+pub(crate) use crate::tracer::structure;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::path::Path;
 
@@ -63,7 +64,7 @@ pub fn complete(
         None => scene,
     };
     let instances = Instances::of(&scene).map_err(of_scene)?;
-    let (scene, camera) = scene.completed(row, &instances, aspect(config));
+    let (scene, camera) = scene.completed(row, &instances, config.aspect());
     let plan = plan(&scene, &instances, &config.choices)
         .map_err(|e: PlanError| CliError::Usage(e.to_string()))?;
     stats.stages.push(watch.stage("plan"));
@@ -108,27 +109,6 @@ impl Prepared {
         stats.stages.push(watch.stage("build"));
         world
     }
-}
-
-/// Returns the structure that the plan chose; `kd` holds the parameters of a k-d tree.
-pub fn structure(plan: &Plan, kd: &KdQuality) -> Structure {
-    match plan.accel {
-        Accel::Bvh => Structure::Bvh,
-        Accel::Kd => Structure::Kd(*kd),
-        Accel::Grid => Structure::Grid(Density::default()),
-        Accel::Heap => Structure::Heap,
-        Accel::HeapSpheres => Structure::HeapSpheres,
-        Accel::Linear => Structure::Linear,
-        Accel::ItemBuffer => Structure::ItemBuffer,
-    }
-}
-
-fn aspect(config: &RenderConfig) -> f64 {
-    let less = match config.grid {
-        Grid::Centers => 0,
-        Grid::Corners => 1,
-    };
-    f64::from(config.width - less) / f64::from(config.height - less)
 }
 
 /// Returns the widest instruction set that the lanes were compiled for.

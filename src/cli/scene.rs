@@ -3,7 +3,7 @@
 use super::error::CliError;
 use super::output;
 use crate::io::{self, LoadOptions};
-use crate::scene::{Cameras, Scene, ShapeId};
+use crate::scene::{Cameras, Scene, ShapeId, UnknownCamera};
 use std::path::Path;
 
 /// Loads a scene; reports on standard error what could not be imported.
@@ -18,22 +18,8 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Scene, CliError> {
 /// Returns the row of the camera that `--camera` names; without the option the first
 /// one, or `None` if the scene has no camera. A name takes precedence over a number.
 pub fn pick_camera(cameras: &Cameras, asked: Option<&str>) -> Result<Option<usize>, CliError> {
-    let count = cameras.rows.len();
-    let Some(asked) = asked else {
-        return Ok((count > 0).then_some(0));
-    };
-    let named = (0..count).find(|row| cameras.names.get(*row as u32) == Some(asked));
-    let numbered = || asked.parse().ok().filter(|row| *row < count);
-    if let Some(row) = named.or_else(numbered) {
-        return Ok(Some(row));
-    }
-    let known = if count == 0 {
-        "the scene has none; leave it out for a framed view".into()
-    } else {
-        let labels: Vec<String> = (0..count as u32).map(|i| cameras.names.label(i)).collect();
-        format!("the scene has {}", labels.join(", "))
-    };
-    Err(CliError::Usage(format!("no camera '{asked}': {known}")))
+    let unknown = |e: UnknownCamera| CliError::Usage(e.to_string());
+    cameras.pick(asked).map_err(unknown)
 }
 
 /// Returns a shape's name, or its kind.

@@ -40,6 +40,17 @@ pub struct RenderConfig {
     pub tiles: TileOrder,
 }
 
+impl RenderConfig {
+    /// Returns the width of the image plane over its height.
+    pub fn aspect(&self) -> f64 {
+        let less = match self.grid {
+            Grid::Centers => 0,
+            Grid::Corners => 1,
+        };
+        f64::from(self.width - less) / f64::from(self.height - less)
+    }
+}
+
 impl Default for RenderConfig {
     fn default() -> RenderConfig {
         RenderConfig {

@@ -17,4 +17,4 @@ pub use progress::Progress;
 pub use sampler::sample_position;
 pub(crate) use sampler::{mix, unit};
 pub(crate) use tile::{BLOCK, every_second_bit};
-pub use tile::{RenderError, Rendered, View, render, render_after};
+pub use tile::{FinishedTile, RenderError, Rendered, View, render, render_after, render_with};

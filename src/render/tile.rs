@@ -66,7 +66,30 @@ pub fn render(
     recording: bool,
     progress: &Progress,
 ) -> Result<Rendered, RenderError> {
-    render_tiles(view, config, recording, None, progress)
+    render_tiles(view, config, recording, None, progress, &|_| ())
+}
+
+/// A rectangle of the picture that is done.
+#[derive(Clone, Copy, Debug)]
+pub struct FinishedTile<'t> {
+    /// Of its left upper pixel.
+    pub x: u32,
+    pub y: u32,
+    pub width: u32,
+    pub height: u32,
+    /// Linear Rec. 709, row by row.
+    pub color: &'t [Rgb],
+}
+
+/// Renders a picture, and calls `on_tile` with each tile once it is done: from any thread of
+/// the pool, in any order.
+pub fn render_with(
+    view: &View,
+    config: &RenderConfig,
+    progress: &Progress,
+    on_tile: &(dyn Fn(FinishedTile) + Sync),
+) -> Result<Picture, RenderError> {
+    Ok(render_tiles(view, config, false, None, progress, on_tile)?.picture)
 }
 
 /// Renders a frame of a sequence. `memory` comes from the frame before, rendered with
@@ -78,7 +101,7 @@ pub fn render_after(
     progress: &Progress,
 ) -> Result<Rendered, RenderError> {
     memory.restart(tiling(config).1);
-    render_tiles(view, config, false, Some(memory), progress)
+    render_tiles(view, config, false, Some(memory), progress, &|_| ())
 }
 
 /// Returns the side of the tiles in pixels, and their number.
@@ -97,6 +120,7 @@ fn render_tiles(
     recording: bool,
     memory: Option<&FrameMemory>,
     progress: &Progress,
+    on_tile: &(dyn Fn(FinishedTile) + Sync),
 ) -> Result<Rendered, RenderError> {
     let (side, tiles) = tiling(config);
     let columns = config.width.div_ceil(side);
@@ -145,6 +169,7 @@ fn render_tiles(
                 view,
                 config,
                 progress,
+                on_tile,
                 corner,
                 size,
                 whole: &whole,
@@ -173,6 +198,7 @@ struct Tile<'a> {
     view: &'a View<'a>,
     config: &'a RenderConfig,
     progress: &'a Progress,
+    on_tile: &'a (dyn Fn(FinishedTile) + Sync),
     corner: (u32, u32),
     size: (u32, u32),
     /// Pixel order of a tile that the picture's border does not cut.
@@ -223,6 +249,13 @@ impl Tile<'_> {
         for pixel in color.iter_mut() {
             *pixel = pixel.map(|c| c * share);
         }
+        (self.on_tile)(FinishedTile {
+            x: self.corner.0,
+            y: self.corner.1,
+            width: self.size.0,
+            height: self.size.1,
+            color,
+        });
         let mut done = done.lock().unwrap_or_else(|e| e.into_inner());
         put(&mut done.picture, self.corner, self.size, color, aovs);
         done.counts.add(&counts);

@@ -1,7 +1,7 @@
 //! `lanecast extremes`: what the command writes, and its exit codes.
 
 use crate::run::{folder, lanecast};
-use lanecast::measure::extremes::SWEEPS;
+use lanecast::internals::measure::extremes::SWEEPS;
 use serde_json::Value;
 use std::path::Path;
 

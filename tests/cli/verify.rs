@@ -1,6 +1,6 @@
 //! `lanecast verify`: its results as JSON, and its exit codes.
 
-use lanecast::measure::verify::Counts;
+use lanecast::internals::measure::verify::Counts;
 use serde_json::Value;
 use std::process::{Command, Output};
 

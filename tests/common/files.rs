@@ -1,9 +1,9 @@
 //! Files of the repository and of the test assets, and scenes loaded with a camera and lights.
 
-use lanecast::accel::{Structure, World};
-use lanecast::plan::{Kernels, Precision, native_width};
-use lanecast::render::{Progress, RenderConfig, Rendered, View, render};
-use lanecast::scene::{Camera, Instances, Light, Scene};
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::plan::{Kernels, Precision, native_width};
+use lanecast::internals::render::{Progress, RenderConfig, Rendered, View, render};
+use lanecast::internals::scene::{Camera, Instances, Light, Scene};
 use std::path::{Path, PathBuf};
 
 /// A file or folder by its path from the root of the repository.
@@ -31,7 +31,7 @@ pub struct Loaded {
 
 /// `aspect`: the picture's width over its height.
 pub fn load(path: &Path, aspect: f64) -> Loaded {
-    let loaded = lanecast::io::load(path, &Default::default());
+    let loaded = lanecast::internals::io::load(path, &Default::default());
     let scene = loaded.unwrap_or_else(|e| panic!("{e}")).scene;
     let instances = Instances::of(&scene).expect("few instances");
     let row = (!scene.cameras.rows.is_empty()).then_some(0);

@@ -1,7 +1,7 @@
 //! Formulas of level sets that are no polynomials, with a given size and centre.
 
 use glam::DVec3;
-use lanecast::geom::formula::{Binary, Builder, Formula, Unary};
+use lanecast::internals::geom::formula::{Binary, Builder, Formula, Unary};
 
 /// Coordinates less those of a place, times a factor.
 fn about(b: &mut Builder, center: DVec3, factor: f64) -> [u32; 3] {

@@ -2,8 +2,8 @@
 
 use super::{Random, RayColumns, random_mesh, random_shape};
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::math::Aabb;
-use lanecast::scene::*;
+use lanecast::internals::math::Aabb;
+use lanecast::internals::scene::*;
 
 /// Grazed stacks of slivers, coincident triangles, badly conditioned placements,
 /// scenes far from the origin, flat boxes under rays parallel to axes.

@@ -1,9 +1,9 @@
 //! Renders a picture by a given structure, precision and width, and hashes all of its bits.
 
-use lanecast::accel::{Density, KdQuality, Structure, World};
-use lanecast::plan::{Kernels, Precision, native_width};
-use lanecast::render::{AovSet, Progress, RenderConfig, Rendered, View, render};
-use lanecast::scene::{Camera, Instances, Light, Scene};
+use lanecast::internals::accel::{Density, KdQuality, Structure, World};
+use lanecast::internals::plan::{Kernels, Precision, native_width};
+use lanecast::internals::render::{AovSet, Progress, RenderConfig, Rendered, View, render};
+use lanecast::internals::scene::{Camera, Instances, Light, Scene};
 
 pub const ALL_AOVS: AovSet = AovSet {
     depth: true,

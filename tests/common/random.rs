@@ -2,8 +2,8 @@
 
 use super::surfaces::{clebsch, torus};
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::geom::*;
-use lanecast::scene::*;
+use lanecast::internals::geom::*;
+use lanecast::internals::scene::*;
 
 /// Vigna's SplitMix64.
 pub struct Random(pub u64);

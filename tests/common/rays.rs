@@ -1,9 +1,9 @@
 //! Rays in columns, and the hits of a world along them.
 
 use glam::DVec3;
-use lanecast::accel::World;
-use lanecast::plan::Kernels;
-use lanecast::trace::{
+use lanecast::internals::accel::World;
+use lanecast::internals::plan::Kernels;
+use lanecast::internals::trace::{
     Depths, HitId, HitIds, Hits, ItemBuffer, MAX_LANES, Origins, Rays, ShadowCache, any, closest,
     closest_listed,
 };
@@ -75,7 +75,7 @@ impl RayColumns {
     #[cfg(feature = "all-lanes")]
     pub fn closest_doubting(&self, world: &World) -> Vec<(f64, HitId)> {
         self.answers(&vec![f32::INFINITY; self.len], |rays, hits| {
-            lanecast::trace::closest_doubting_all(world, rays, hits)
+            lanecast::internals::trace::closest_doubting_all(world, rays, hits)
         })
     }
 

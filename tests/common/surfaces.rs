@@ -5,8 +5,8 @@
 //! to the bit.
 
 use glam::DVec3;
-use lanecast::geom::Tape;
-use lanecast::geom::tape::Builder;
+use lanecast::internals::geom::Tape;
+use lanecast::internals::geom::tape::Builder;
 
 /// Coordinates less those of a place.
 fn about(b: &mut Builder, center: DVec3) -> [u32; 3] {

@@ -2,13 +2,13 @@
 
 use crate::common::{RayColumns, kernels};
 use glam::DVec3;
-use lanecast::accel::{Structure, World};
-use lanecast::geom::exact::Line;
-use lanecast::plan::Precision;
-use lanecast::reference::{Hit, Reference};
-use lanecast::scene::{CsgId, Edge, Instances, Scene, SceneBuilder, Shape, ShapeId};
-use lanecast::shade::Surface;
-use lanecast::trace::{Caching, Crossing, HitId, ShadowCache, boundaries};
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::geom::exact::Line;
+use lanecast::internals::plan::Precision;
+use lanecast::internals::reference::{Hit, Reference};
+use lanecast::internals::scene::{CsgId, Edge, Instances, Scene, SceneBuilder, Shape, ShapeId};
+use lanecast::internals::shade::Surface;
+use lanecast::internals::trace::{Caching, Crossing, HitId, ShadowCache, boundaries};
 use std::ops::ControlFlow;
 
 /// Precisions that promise the right hit.

@@ -5,9 +5,9 @@ use super::asked::{Asked, RIGHT, agree, line, spans};
 use super::programs::Leaf;
 use crate::common::{Random, RayColumns, campaign, kernels};
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::geom::{Cone, Cuboid, Cylinder, Ellipsoid, Sphere};
-use lanecast::scene::{Operand, Operator, SceneBuilder, ShapeId};
-use lanecast::trace::HitId;
+use lanecast::internals::geom::{Cone, Cuboid, Cylinder, Ellipsoid, Sphere};
+use lanecast::internals::scene::{Operand, Operator, SceneBuilder, ShapeId};
+use lanecast::internals::trace::HitId;
 
 use Operator::{Difference, Intersection, Union, Xor};
 

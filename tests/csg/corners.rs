@@ -4,12 +4,12 @@
 use super::asked::{Asked, RIGHT};
 use crate::common::{Random, RayColumns, campaign, kernels};
 use glam::{DAffine3, DVec3};
-use lanecast::accel::{Structure, World};
-use lanecast::geom::{Cone, Cuboid, Cylinder, HalfSpace};
-use lanecast::math::{Aabb, Affine};
-use lanecast::reference::Reference;
-use lanecast::scene::{Edge, Operand, Operator, SceneBuilder, ShapeId};
-use lanecast::trace::HitId;
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::geom::{Cone, Cuboid, Cylinder, HalfSpace};
+use lanecast::internals::math::{Aabb, Affine};
+use lanecast::internals::reference::Reference;
+use lanecast::internals::scene::{Edge, Operand, Operator, SceneBuilder, ShapeId};
+use lanecast::internals::trace::HitId;
 
 const RAYS: usize = 512;
 

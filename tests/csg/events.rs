@@ -7,9 +7,9 @@ use super::coincidence::v;
 use super::programs::Leaf;
 use crate::common::{Random, RayColumns, campaign, kernels};
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::geom::{Cone, Cuboid, Cylinder, HalfSpace, Quadric, Sphere};
-use lanecast::scene::{Operand, Operator, SceneBuilder, ShapeId};
-use lanecast::trace::{Caching, HitId, ShadowCache};
+use lanecast::internals::geom::{Cone, Cuboid, Cylinder, HalfSpace, Quadric, Sphere};
+use lanecast::internals::scene::{Operand, Operator, SceneBuilder, ShapeId};
+use lanecast::internals::trace::{Caching, HitId, ShadowCache};
 
 use Operator::{Difference, Intersection, Union, Xor};
 

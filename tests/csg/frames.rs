@@ -6,9 +6,9 @@ use super::coincidence::{solids, some, v};
 use super::events::rays_from;
 use crate::common::{Random, RayColumns, kernels};
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::geom::{Cone, Cuboid, Sphere};
-use lanecast::scene::{Operand, Operator, SceneBuilder};
-use lanecast::trace::HitId;
+use lanecast::internals::geom::{Cone, Cuboid, Sphere};
+use lanecast::internals::scene::{Operand, Operator, SceneBuilder};
+use lanecast::internals::trace::HitId;
 
 use Operator::{Difference, Intersection, Union, Xor};
 

@@ -6,10 +6,10 @@ use super::coincidence::{block_with, v};
 use super::truth::{Tree, changes, is_nearest, part_in_box};
 use crate::common::{Random, RayColumns, kernels};
 use glam::{DAffine3, DVec3};
-use lanecast::geom::{Cuboid, Cylinder, HalfSpace, Sphere};
-use lanecast::plan::Precision;
-use lanecast::scene::{Edge, Operand, Operator};
-use lanecast::trace::HitId;
+use lanecast::internals::geom::{Cuboid, Cylinder, HalfSpace, Sphere};
+use lanecast::internals::plan::Precision;
+use lanecast::internals::scene::{Edge, Operand, Operator};
+use lanecast::internals::trace::HitId;
 
 use Operator::{Difference, Intersection, Union, Xor};
 

@@ -2,8 +2,8 @@
 
 use super::truth::Tree;
 use crate::common::property;
-use lanecast::csg::{Builder, Place, Restricted, State};
-use lanecast::scene::Operator;
+use lanecast::internals::csg::{Builder, Place, Restricted, State};
+use lanecast::internals::scene::Operator;
 use proptest::prelude::*;
 
 const OPERATORS: [Operator; 5] = [

@@ -8,11 +8,11 @@ use super::programs::{Leaf, Program, random_rays};
 use super::truth::Tree;
 use crate::common::{Random, RayColumns, kernels, property};
 use glam::{DAffine3, DVec3};
-use lanecast::geom::tape::Builder;
-use lanecast::geom::{Cuboid, Sphere};
-use lanecast::plan::Precision;
-use lanecast::scene::{Operand, Operator};
-use lanecast::trace::{HitId, TURNED};
+use lanecast::internals::geom::tape::Builder;
+use lanecast::internals::geom::{Cuboid, Sphere};
+use lanecast::internals::plan::Precision;
+use lanecast::internals::scene::{Operand, Operator};
+use lanecast::internals::trace::{HitId, TURNED};
 use proptest::prelude::*;
 
 use Operator::{Difference, Intersection, Union, Xor};

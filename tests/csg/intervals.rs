@@ -5,11 +5,11 @@ use super::programs::octahedron;
 use super::truth::{Change, Part, Rational, Tree, changes, is_nearest, rational};
 use crate::common::{RayColumns, kernels};
 use glam::DVec3;
-use lanecast::geom::exact::Line;
-use lanecast::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Sphere};
-use lanecast::plan::Precision;
-use lanecast::scene::{Operator, SceneBuilder, SceneError, ShapeId};
-use lanecast::trace::{HitId, TURNED};
+use lanecast::internals::geom::exact::Line;
+use lanecast::internals::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Sphere};
+use lanecast::internals::plan::Precision;
+use lanecast::internals::scene::{Operator, SceneBuilder, SceneError, ShapeId};
+use lanecast::internals::trace::{HitId, TURNED};
 
 fn v(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
@@ -357,7 +357,7 @@ fn a_box_given_the_wrong_way_round_is_refused() {
     let wrong = scene.cuboid("wrong", Cuboid { min, max });
     let right = ball(&mut scene, [0.0, 1.0]);
     let both = two(Operator::Union).shape(&mut scene, &[right, wrong]);
-    scene.instance("", lanecast::scene::Edge::shape(both));
+    scene.instance("", lanecast::internals::scene::Edge::shape(both));
     let error = scene.finish().expect_err("min lies above max");
     assert!(matches!(error, SceneError::Degenerate { .. }), "{error}");
     assert!(error.to_string().contains("must be below max"), "{error}");
@@ -373,7 +373,7 @@ fn a_hundred_thousand_nested_differences() {
         let mut solid = scene.cuboid("", Cuboid { min, max });
         for i in 0..DEEP {
             let hole = ball(scene, [i as f64 + 0.25, i as f64 + 0.75]);
-            let operands = [solid, hole].map(lanecast::scene::Operand::shape);
+            let operands = [solid, hole].map(lanecast::internals::scene::Operand::shape);
             solid = scene.csg("", Operator::Difference, &operands);
         }
         solid

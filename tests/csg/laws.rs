@@ -5,10 +5,10 @@ use super::programs::{Leaf, Program, random_rays};
 use super::truth::Tree;
 use crate::common::{Random, RayColumns, campaign, kernels};
 use glam::DVec3;
-use lanecast::geom::Sphere;
-use lanecast::plan::Precision;
-use lanecast::scene::{Edge, Operator};
-use lanecast::trace::HitId;
+use lanecast::internals::geom::Sphere;
+use lanecast::internals::plan::Precision;
+use lanecast::internals::scene::{Edge, Operator};
+use lanecast::internals::trace::HitId;
 
 use Operator::{Complement, Difference, Intersection, Union, Xor};
 

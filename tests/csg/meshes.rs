@@ -7,14 +7,14 @@ use super::shells::{aimed, cube, torus, turned};
 use super::truth::Tree;
 use crate::common::{Random, RayColumns, assets, campaign, kernels};
 use glam::{DAffine3, DVec3};
-use lanecast::geom::{Cuboid, Sphere};
-use lanecast::io::{ImportReport, LoadOptions, import_mesh};
-use lanecast::scene::{
+use lanecast::internals::geom::{Cuboid, Sphere};
+use lanecast::internals::io::{ImportReport, LoadOptions, import_mesh};
+use lanecast::internals::scene::{
     Edge, Material, MeshData, Operand, Operator, SceneBuilder, SceneError, ShapeId, Tables,
     check_closed,
 };
-use lanecast::shade::Surface;
-use lanecast::trace::{HitId, TURNED};
+use lanecast::internals::shade::Surface;
+use lanecast::internals::trace::{HitId, TURNED};
 
 fn unit_box() -> Cuboid {
     let min = DVec3::splat(-1.0);

@@ -4,8 +4,8 @@ use super::shells::{cube, torus};
 use super::truth::Tree;
 use crate::common::{Random, RayColumns, ball, throat, torus as tube};
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphere};
-use lanecast::scene::{Operand, Operator, SceneBuilder, ShapeId};
+use lanecast::internals::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphere};
+use lanecast::internals::scene::{Operand, Operator, SceneBuilder, ShapeId};
 
 #[derive(Clone, Copy, Debug)]
 pub enum Leaf {

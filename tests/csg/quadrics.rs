@@ -4,9 +4,9 @@ use super::asked::{Asked, agree, line, spans};
 use super::programs::{Leaf, random_quadric, random_rays};
 use crate::common::{Random, RayColumns, property};
 use glam::{DAffine3, DMat3, DVec3};
-use lanecast::geom::{Cuboid, Quadric, Sphere, exact};
-use lanecast::scene::{Operand, Operator, SceneBuilder, ShapeId};
-use lanecast::trace::TURNED;
+use lanecast::internals::geom::{Cuboid, Quadric, Sphere, exact};
+use lanecast::internals::scene::{Operand, Operator, SceneBuilder, ShapeId};
+use lanecast::internals::trace::TURNED;
 use proptest::prelude::*;
 
 fn opposite(row: Quadric) -> Quadric {

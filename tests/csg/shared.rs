@@ -4,8 +4,8 @@
 use super::asked::{Asked, agree};
 use crate::common::{Random, RayColumns, campaign};
 use glam::{DAffine3, DVec3};
-use lanecast::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Sphere};
-use lanecast::scene::{Operand, Operator, SceneBuilder, ShapeId};
+use lanecast::internals::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Sphere};
+use lanecast::internals::scene::{Operand, Operator, SceneBuilder, ShapeId};
 
 /// A coordinate of few, none of which f64 has exactly: faces often coincide.
 fn coordinate(random: &mut Random) -> f64 {

@@ -2,8 +2,8 @@
 
 use crate::common::{Random, RayColumns};
 use glam::DVec3;
-use lanecast::geom::Cuboid;
-use lanecast::scene::MeshData;
+use lanecast::internals::geom::Cuboid;
+use lanecast::internals::scene::MeshData;
 
 /// A box whose faces are squares cut in two, `cells` along every axis. Each face
 /// has vertices of its own.

@@ -1,7 +1,7 @@
 //! Set algebra along a line, on rational numbers.
 
-use lanecast::geom::{Cuboid, HalfSpace};
-use lanecast::scene::{Operand, Operator, SceneBuilder, ShapeId};
+use lanecast::internals::geom::{Cuboid, HalfSpace};
+use lanecast::internals::scene::{Operand, Operator, SceneBuilder, ShapeId};
 use num_rational::BigRational;
 
 pub type Rational = BigRational;

@@ -7,8 +7,8 @@
 //! order.
 
 use crate::common::{assets, property};
-use lanecast::io::{ImportReport, LoadError, LoadOptions, import_mesh, load};
-use lanecast::scene::{Instances, SceneError};
+use lanecast::internals::io::{ImportReport, LoadError, LoadOptions, import_mesh, load};
+use lanecast::internals::scene::{Instances, SceneError};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 use serde_json::Value;

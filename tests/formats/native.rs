@@ -2,11 +2,11 @@
 
 use crate::common::in_repository;
 use glam::DVec3;
-use lanecast::io::{LoadError, LoadOptions, Loaded, json_schema, load};
-use lanecast::scene::{
+use lanecast::internals::io::{LoadError, LoadOptions, Loaded, json_schema, load};
+use lanecast::internals::scene::{
     CsgId, Falloff, Instances, Light, Material, Model, Operator, Projection, Scene,
 };
-use lanecast::trace::spans;
+use lanecast::internals::trace::spans;
 use std::fmt::Write as _;
 use std::time::Instant;
 

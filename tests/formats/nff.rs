@@ -3,8 +3,8 @@
 
 use crate::common::assets;
 use glam::DVec3;
-use lanecast::io::{LoadError, LoadOptions, Loaded, load};
-use lanecast::scene::{Falloff, Light, Model, Projection, Shape, Target};
+use lanecast::internals::io::{LoadError, LoadOptions, Loaded, load};
+use lanecast::internals::scene::{Falloff, Light, Model, Projection, Shape, Target};
 
 fn load_text(text: &[u8]) -> Result<Loaded, LoadError> {
     let folder = tempfile::tempdir().unwrap();

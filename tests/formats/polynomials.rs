@@ -2,10 +2,10 @@
 
 use crate::common::{assets, in_repository};
 use glam::DVec3;
-use lanecast::geom::tape::{Arithmetic, Step};
-use lanecast::geom::{Clip, Cuboid, Sphere, Tape};
-use lanecast::io::{LoadOptions, load, pov_text};
-use lanecast::scene::{CsgId, Instances, Operator, Scene, ShapeId};
+use lanecast::internals::geom::tape::{Arithmetic, Step};
+use lanecast::internals::geom::{Clip, Cuboid, Sphere, Tape};
+use lanecast::internals::io::{LoadOptions, load, pov_text};
+use lanecast::internals::scene::{CsgId, Instances, Operator, Scene, ShapeId};
 
 fn scene_of(name: &str, text: &str) -> Scene {
     let folder = tempfile::tempdir().unwrap();

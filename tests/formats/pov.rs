@@ -1,10 +1,10 @@
 //! Scenes exported for POV-Ray: the text, and that POV-Ray renders the same picture.
 
 use crate::common::{Loaded, in_repository, load};
-use lanecast::accel::Structure;
-use lanecast::io::pov_text;
-use lanecast::plan::Precision;
-use lanecast::render::RenderConfig;
+use lanecast::internals::accel::Structure;
+use lanecast::internals::io::pov_text;
+use lanecast::internals::plan::Precision;
+use lanecast::internals::render::RenderConfig;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};

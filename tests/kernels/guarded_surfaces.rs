@@ -3,16 +3,18 @@
 
 use crate::common::{Random, assets, campaign};
 use glam::DVec3;
-use lanecast::geom::exact::{Line, Root, Solid, first_beyond, meetings, meetings_between};
-use lanecast::geom::guarded::implicit::crossings;
-use lanecast::geom::guarded::{ObjectRay, implicit};
-use lanecast::geom::implicit::values_at;
-use lanecast::geom::implicit_bounds::bounds_of;
-use lanecast::geom::tape::Builder;
-use lanecast::geom::{Clip, Cuboid, Dense, Implicit, Meet, Ray, Sphere, Tape};
-use lanecast::math::bounds::LEAVING;
-use lanecast::math::lanes::{Lanes, Mask, Scalar, f32x8, f64x4, f64x8, f64x16};
-use lanecast::math::{Aabb, Vec3};
+use lanecast::internals::geom::exact::{
+    Line, Root, Solid, first_beyond, meetings, meetings_between,
+};
+use lanecast::internals::geom::guarded::implicit::crossings;
+use lanecast::internals::geom::guarded::{ObjectRay, implicit};
+use lanecast::internals::geom::implicit::values_at;
+use lanecast::internals::geom::implicit_bounds::bounds_of;
+use lanecast::internals::geom::tape::Builder;
+use lanecast::internals::geom::{Clip, Cuboid, Dense, Implicit, Meet, Ray, Sphere, Tape};
+use lanecast::internals::math::bounds::LEAVING;
+use lanecast::internals::math::lanes::{Lanes, Mask, Scalar, f32x8, f64x4, f64x8, f64x16};
+use lanecast::internals::math::{Aabb, Vec3};
 use serde_json::Value;
 
 /// Σ c xⁱ yʲ zᵏ.

@@ -1,7 +1,9 @@
 //! `lanecast extremes`: what the sweeps promise.
 
-use lanecast::measure::extremes::{ExtremesOptions, PRECISIONS, Report, SWEEPS, Sweep, run};
-use lanecast::plan::{LaneCount, Precision};
+use lanecast::internals::measure::extremes::{
+    ExtremesOptions, PRECISIONS, Report, SWEEPS, Sweep, run,
+};
+use lanecast::internals::plan::{LaneCount, Precision};
 
 fn swept(names: &[&str], rays: usize) -> Report {
     let sweeps = SWEEPS.iter();

@@ -1,16 +1,16 @@
 //! The ray sets that `bench` times: each pixel once, and from each hit one ray of each kind.
 
 use glam::DVec3;
-use lanecast::accel::{Structure, World};
-use lanecast::geom::Sphere;
-use lanecast::io::RaySet;
-use lanecast::measure::queries::{Answers, Ask, trace};
-use lanecast::measure::ray_kinds::{Kind, Order};
-use lanecast::measure::rays::{LIGHT_SIZE, Source, direction_of, light_of, ray_sets};
-use lanecast::plan::{Choices, plan};
-use lanecast::render::{Grid, Progress};
-use lanecast::scene::{Camera, Edge, Instances, Scene, SceneBuilder};
-use lanecast::trace::Caching;
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::geom::Sphere;
+use lanecast::internals::io::RaySet;
+use lanecast::internals::measure::queries::{Answers, Ask, trace};
+use lanecast::internals::measure::ray_kinds::{Kind, Order};
+use lanecast::internals::measure::rays::{LIGHT_SIZE, Source, direction_of, light_of, ray_sets};
+use lanecast::internals::plan::{Choices, plan};
+use lanecast::internals::render::{Grid, Progress};
+use lanecast::internals::scene::{Camera, Edge, Instances, Scene, SceneBuilder};
+use lanecast::internals::trace::Caching;
 
 const LIGHT: DVec3 = DVec3::new(3.0, 9.0, 5.0);
 

@@ -4,10 +4,10 @@
 #![cfg(feature = "all-lanes")]
 
 use crate::common::{ALL_AOVS, Way, campaign, hash, picture, random_scene, structures};
-use lanecast::accel::Structure;
-use lanecast::plan::Precision;
-use lanecast::render::{RenderConfig, TileOrder};
-use lanecast::scene::Scene;
+use lanecast::internals::accel::Structure;
+use lanecast::internals::plan::Precision;
+use lanecast::internals::render::{RenderConfig, TileOrder};
+use lanecast::internals::scene::Scene;
 
 fn small() -> RenderConfig {
     RenderConfig {
@@ -141,8 +141,8 @@ fn guarded_pictures_are_exact() {
 #[test]
 fn level_rays_meet_thin_boxes() {
     use glam::DVec3;
-    use lanecast::geom::Cuboid;
-    use lanecast::scene::{Camera, Edge, SceneBuilder};
+    use lanecast::internals::geom::Cuboid;
+    use lanecast::internals::scene::{Camera, Edge, SceneBuilder};
     for thickness in [0.002, 1e-6] {
         let mut scene = SceneBuilder::default();
         let slab = Cuboid {
@@ -157,7 +157,7 @@ fn level_rays_meet_thin_boxes() {
         let config = RenderConfig {
             width: 33,
             height: 33,
-            grid: lanecast::render::Grid::Corners,
+            grid: lanecast::internals::render::Grid::Corners,
             max_depth: 0,
             ..RenderConfig::default()
         };

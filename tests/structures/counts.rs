@@ -9,14 +9,16 @@
 //! ```
 
 use crate::common::{Loaded, assets, load};
-use lanecast::accel::{
+use lanecast::internals::accel::{
     Accelerator, BaselineAccelerator, Count, Counter, Counts, Density, Figures, Structure, World,
 };
-use lanecast::geom::Guarded;
-use lanecast::math::Vec3;
-use lanecast::plan::Precision;
-use lanecast::render::{Grid, Progress, RenderConfig, View, render};
-use lanecast::trace::{AnyHit, Closest, HitId, Outcome, Packet, RayKind, Tester, TracedRay};
+use lanecast::internals::geom::Guarded;
+use lanecast::internals::math::Vec3;
+use lanecast::internals::plan::Precision;
+use lanecast::internals::render::{Grid, Progress, RenderConfig, View, render};
+use lanecast::internals::trace::{
+    AnyHit, Closest, HitId, Outcome, Packet, RayKind, Tester, TracedRay,
+};
 use std::time::Instant;
 
 /// One ray in so many is traced again.

@@ -3,15 +3,17 @@
 
 use crate::common::{ALL_AOVS, Loaded, assets, hash, in_repository, load};
 use glam::{DAffine3, DVec3};
-use lanecast::accel::{Accelerator, KeptTrees, RefitOutcome, Structure, WORST_REFIT, World};
-use lanecast::geom::Sphere;
-use lanecast::math::{Aabb32, Affine};
-use lanecast::plan::Precision;
-use lanecast::render::{FrameMemory, Progress, RenderConfig, View, render_after};
-use lanecast::scene::{
+use lanecast::internals::accel::{
+    Accelerator, KeptTrees, RefitOutcome, Structure, WORST_REFIT, World,
+};
+use lanecast::internals::geom::Sphere;
+use lanecast::internals::math::{Aabb32, Affine};
+use lanecast::internals::plan::Precision;
+use lanecast::internals::render::{FrameMemory, Progress, RenderConfig, View, render_after};
+use lanecast::internals::scene::{
     Camera, Edge, Instances, Key, MeshData, Scene, SceneBuilder, SceneError, Target,
 };
-use lanecast::trace::Reuse;
+use lanecast::internals::trace::Reuse;
 
 const FRAMES: u32 = 5;
 

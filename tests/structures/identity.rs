@@ -7,14 +7,14 @@
 //! ```
 
 use crate::common::{Loaded, assets, load, structures};
-use lanecast::accel::{Structure, World};
-use lanecast::io::RaySet;
-use lanecast::measure::queries::{Answers, Ask, trace};
-use lanecast::measure::ray_kinds::{Kind, Order};
-use lanecast::measure::rays::{Source, direction_of, light_of, ray_sets};
-use lanecast::plan::{Kernels, Precision, widths};
-use lanecast::render::{Grid, Progress};
-use lanecast::trace::{Caching, HitId, ItemBuffer};
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::io::RaySet;
+use lanecast::internals::measure::queries::{Answers, Ask, trace};
+use lanecast::internals::measure::ray_kinds::{Kind, Order};
+use lanecast::internals::measure::rays::{Source, direction_of, light_of, ray_sets};
+use lanecast::internals::plan::{Kernels, Precision, widths};
+use lanecast::internals::render::{Grid, Progress};
+use lanecast::internals::trace::{Caching, HitId, ItemBuffer};
 
 /// From one origin and in one direction (as tiles), to a light (as streams) and
 /// from it and along its direction (as tiles), and one diffuse bounce.
@@ -110,7 +110,7 @@ fn primitives(loaded: &Loaded) -> usize {
     let scene = &loaded.scene;
     let rows = loaded.instances.iter(scene);
     let of = |shape| match scene.shapes.row(shape) {
-        lanecast::scene::Shape::Mesh(id) => scene.meshes.row(id).triangles.len(),
+        lanecast::internals::scene::Shape::Mesh(id) => scene.meshes.row(id).triangles.len(),
         _ => 1,
     };
     rows.map(|row| of(row.shape)).sum()

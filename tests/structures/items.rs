@@ -5,11 +5,11 @@ use crate::common::{
     Random, RayColumns, assets, hash, in_repository, load, property, random_mesh, random_scene,
 };
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::accel::{Structure, World};
-use lanecast::plan::{Kernels, Precision, native_width};
-use lanecast::render::{AovSet, RenderConfig};
-use lanecast::scene::{Edge, Instances, MeshData, Scene, SceneBuilder};
-use lanecast::trace::HitId;
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::plan::{Kernels, Precision, native_width};
+use lanecast::internals::render::{AovSet, RenderConfig};
+use lanecast::internals::scene::{Edge, Instances, MeshData, Scene, SceneBuilder};
+use lanecast::internals::trace::HitId;
 use proptest::prelude::*;
 
 /// A picture of 24×24 rays from anywhere, also from among the shapes, of any

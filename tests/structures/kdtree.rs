@@ -3,12 +3,12 @@
 
 use crate::common::{Random, RayColumns, property};
 use glam::DVec3;
-use lanecast::accel::{Index, Primitives};
-use lanecast::accel::{KdClip, KdQuality, KdStop, Structure, World, build_kd};
-use lanecast::geom::{Cuboid, Sphere};
-use lanecast::math::Aabb32;
-use lanecast::plan::{Kernels, Precision, native_width};
-use lanecast::scene::*;
+use lanecast::internals::accel::{Index, Primitives};
+use lanecast::internals::accel::{KdClip, KdQuality, KdStop, Structure, World, build_kd};
+use lanecast::internals::geom::{Cuboid, Sphere};
+use lanecast::internals::math::Aabb32;
+use lanecast::internals::plan::{Kernels, Precision, native_width};
+use lanecast::internals::scene::*;
 use proptest::prelude::*;
 
 type Triangle = [DVec3; 3];
@@ -159,7 +159,8 @@ fn same_as_linear(scene: &Scene, rays: &RayColumns, qualities: &[KdQuality]) {
             for lanes in [1, native_width()] {
                 let found = rays.closest(&world, &Kernels { precision, lanes });
                 for (i, (a, b)) in expected.iter().zip(&found).enumerate() {
-                    let same = a.1 == b.1 && (a.1 == lanecast::trace::HitId::NONE || a.0 == b.0);
+                    let same = a.1 == b.1
+                        && (a.1 == lanecast::internals::trace::HitId::NONE || a.0 == b.0);
                     let ray = rays.ray(i);
                     assert!(
                         same,
@@ -228,7 +229,7 @@ proptest! {
 #[test]
 fn empty_scenes() {
     let mut scene = SceneBuilder::default();
-    let floor = lanecast::geom::HalfSpace {
+    let floor = lanecast::internals::geom::HalfSpace {
         normal: DVec3::Y,
         offset: 0.0,
     };
@@ -255,7 +256,10 @@ fn trees_do_not_depend_on_threads() {
             })
         })
         .collect();
-    let boxes: Vec<Aabb32> = corners.iter().map(lanecast::accel::corner_bounds).collect();
+    let boxes: Vec<Aabb32> = corners
+        .iter()
+        .map(lanecast::internals::accel::corner_bounds)
+        .collect();
     let primitives = Primitives {
         boxes: &boxes,
         corners: Some(&corners),

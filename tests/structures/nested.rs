@@ -6,13 +6,13 @@ use crate::common::{
     kernels, load, picture, property, random_scene, random_shape, within_seconds,
 };
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::accel::{Accelerator, Structure, World};
-use lanecast::geom::{HalfSpace, Sphere};
-use lanecast::math::Affine;
-use lanecast::plan::{Precision, native_width};
-use lanecast::render::RenderConfig;
-use lanecast::scene::*;
-use lanecast::trace::HitId;
+use lanecast::internals::accel::{Accelerator, Structure, World};
+use lanecast::internals::geom::{HalfSpace, Sphere};
+use lanecast::internals::math::Affine;
+use lanecast::internals::plan::{Precision, native_width};
+use lanecast::internals::render::RenderConfig;
+use lanecast::internals::scene::*;
+use lanecast::internals::trace::HitId;
 use proptest::prelude::*;
 
 const ALL: [Precision; 3] = [Precision::Fast, Precision::Guarded, Precision::Exact];

@@ -5,13 +5,13 @@ use crate::common::{
     RayColumns, assets, campaign, hard_rays, hard_scene, kernels, load, random_scene, structures,
 };
 use glam::DVec3;
-use lanecast::accel::{Accelerator, Count, Structure, World};
-use lanecast::geom::Guarded;
-use lanecast::math::Vec3;
-use lanecast::plan::{Kernels, Precision, native_width};
-use lanecast::render::{Grid, Progress, RenderConfig, View, render};
-use lanecast::scene::{Instances, Scene};
-use lanecast::trace::{
+use lanecast::internals::accel::{Accelerator, Count, Structure, World};
+use lanecast::internals::geom::Guarded;
+use lanecast::internals::math::Vec3;
+use lanecast::internals::plan::{Kernels, Precision, native_width};
+use lanecast::internals::render::{Grid, Progress, RenderConfig, View, render};
+use lanecast::internals::scene::{Instances, Scene};
+use lanecast::internals::trace::{
     AnyHit, CacheCounts, Caching, HitId, Outcome, Packet, RayKind, ShadowCache, Tester, TracedRay,
 };
 

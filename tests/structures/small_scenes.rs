@@ -3,11 +3,11 @@
 
 use crate::common::{Random, RayColumns, campaign, property, random_shape, structures};
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::accel::{Structure, World};
-use lanecast::geom::{Cuboid, HalfSpace, Sphere};
-use lanecast::plan::{Kernels, Precision, native_width, widths};
-use lanecast::scene::{Edge, Instances, MeshData, Scene, SceneBuilder, ShapeId};
-use lanecast::trace::{Caching, HitId, ShadowCache};
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::geom::{Cuboid, HalfSpace, Sphere};
+use lanecast::internals::plan::{Kernels, Precision, native_width, widths};
+use lanecast::internals::scene::{Edge, Instances, MeshData, Scene, SceneBuilder, ShapeId};
+use lanecast::internals::trace::{Caching, HitId, ShadowCache};
 use proptest::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 

@@ -3,9 +3,9 @@
 //! scene (Havran and Sixta, 1999).
 
 use crate::common::{Loaded, assets, load};
-use lanecast::accel::{Density, KdQuality, Structure, World};
-use lanecast::plan::Precision;
-use lanecast::render::{AovSet, Grid, RenderConfig};
+use lanecast::internals::accel::{Density, KdQuality, Structure, World};
+use lanecast::internals::plan::Precision;
+use lanecast::internals::render::{AovSet, Grid, RenderConfig};
 use serde_json::Value;
 use std::path::Path;
 

@@ -3,11 +3,11 @@
 
 use crate::common::{Random, RayColumns, in_own_process, kernels};
 use glam::{DAffine3, DVec3};
-use lanecast::accel::{Structure, World};
-use lanecast::geom::{Cuboid, Cylinder, HalfSpace, Quadric};
-use lanecast::plan::Precision;
-use lanecast::scene::{Edge, Instances, Operand, Operator, SceneBuilder, ShapeId};
-use lanecast::trace::decided;
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::geom::{Cuboid, Cylinder, HalfSpace, Quadric};
+use lanecast::internals::plan::Precision;
+use lanecast::internals::scene::{Edge, Instances, Operand, Operator, SceneBuilder, ShapeId};
+use lanecast::internals::trace::decided;
 
 const RAYS: usize = 8000;
 

@@ -5,11 +5,13 @@ use crate::common::{
     Random, RayColumns, campaign, random_csg, random_shape, random_solid, torus, unit_ball,
 };
 use glam::{DAffine3, DMat3, DVec3};
-use lanecast::accel::{Structure, World};
-use lanecast::geom::{Cuboid, Sphere};
-use lanecast::plan::{Kernels, Precision, widths};
-use lanecast::scene::{Edge, Instances, Operand, Operator, Scene, SceneBuilder, ShapeId};
-use lanecast::trace::{Caching, HitId, ShadowCache};
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::geom::{Cuboid, Sphere};
+use lanecast::internals::plan::{Kernels, Precision, widths};
+use lanecast::internals::scene::{
+    Edge, Instances, Operand, Operator, Scene, SceneBuilder, ShapeId,
+};
+use lanecast::internals::trace::{Caching, HitId, ShadowCache};
 
 /// From near by, and from so far away that f32 hardly knows the scene's parts.
 fn rays(random: &mut Random, count: usize) -> RayColumns {

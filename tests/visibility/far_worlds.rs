@@ -6,16 +6,16 @@ use crate::common::{
     random_shape, structures,
 };
 use glam::{DAffine3, DVec3};
-use lanecast::accel::{Structure, World};
-use lanecast::geom::{Cone, Cuboid, Sphere};
-use lanecast::math::{Aabb, Affine};
-use lanecast::plan::{Kernels, Precision, native_width};
-use lanecast::reference::Reference;
-use lanecast::render::RenderConfig;
-use lanecast::scene::{
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::geom::{Cone, Cuboid, Sphere};
+use lanecast::internals::math::{Aabb, Affine};
+use lanecast::internals::plan::{Kernels, Precision, native_width};
+use lanecast::internals::reference::Reference;
+use lanecast::internals::render::RenderConfig;
+use lanecast::internals::scene::{
     Camera, Edge, Instances, Light, MeshData, Operand, Operator, Scene, SceneBuilder,
 };
-use lanecast::trace::{HitId, ShadowCache};
+use lanecast::internals::trace::{HitId, ShadowCache};
 
 const RAYS: usize = 512;
 

@@ -3,11 +3,11 @@
 
 use crate::common::{Random, RayColumns, dented, kernels, structures};
 use glam::DVec3;
-use lanecast::accel::World;
-use lanecast::plan::Precision;
-use lanecast::reference::Reference;
-use lanecast::scene::{Edge, Instances, PolygonId, SceneBuilder};
-use lanecast::trace::HitId;
+use lanecast::internals::accel::World;
+use lanecast::internals::plan::Precision;
+use lanecast::internals::reference::Reference;
+use lanecast::internals::scene::{Edge, Instances, PolygonId, SceneBuilder};
+use lanecast::internals::trace::HitId;
 
 /// Of three, four or eight corners, lifted by up to 5 * 10^-7.
 fn uneven_polygons(random: &mut Random) -> SceneBuilder {

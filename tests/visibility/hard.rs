@@ -5,13 +5,13 @@
 
 use crate::common::{Random, RayColumns, campaign, hard_rays, hard_scene, random_mesh};
 use glam::{DAffine3, DVec3};
-use lanecast::accel::{Accelerator, Density, KdQuality, Structure, World};
-use lanecast::geom::{Cylinder, Ellipsoid, Sphere};
-use lanecast::math::{Aabb, Affine};
-use lanecast::plan::{Kernels, Precision};
-use lanecast::reference::{Hit, Reference};
-use lanecast::scene::{Edge, Instances, MeshId, SceneBuilder};
-use lanecast::trace::HitId;
+use lanecast::internals::accel::{Accelerator, Density, KdQuality, Structure, World};
+use lanecast::internals::geom::{Cylinder, Ellipsoid, Sphere};
+use lanecast::internals::math::{Aabb, Affine};
+use lanecast::internals::plan::{Kernels, Precision};
+use lanecast::internals::reference::{Hit, Reference};
+use lanecast::internals::scene::{Edge, Instances, MeshId, SceneBuilder};
+use lanecast::internals::trace::HitId;
 use rayon::prelude::*;
 
 const RAYS: usize = 1000;

@@ -6,17 +6,17 @@ use crate::common::{
     unit_ball,
 };
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::accel::{Structure, World};
-use lanecast::geom::formula::Builder;
-use lanecast::geom::{Binary, Clip, Cuboid, Sphere, Unary};
-use lanecast::plan::{Precision, widths};
-use lanecast::reference::{Ray, Reference};
-use lanecast::render::RenderConfig;
-use lanecast::scene::{
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::geom::formula::Builder;
+use lanecast::internals::geom::{Binary, Clip, Cuboid, Sphere, Unary};
+use lanecast::internals::plan::{Precision, widths};
+use lanecast::internals::reference::{Ray, Reference};
+use lanecast::internals::render::RenderConfig;
+use lanecast::internals::scene::{
     Camera, Edge, Instances, Operand, Operator, Scene, SceneBuilder, SceneError, ShapeId,
 };
-use lanecast::shade::Surface;
-use lanecast::trace::{HitId, ShadowCache, spans};
+use lanecast::internals::shade::Surface;
+use lanecast::internals::trace::{HitId, ShadowCache, spans};
 
 fn scene(make: impl FnOnce(&mut SceneBuilder) -> Vec<(ShapeId, DAffine3)>) -> Scene {
     let mut to = SceneBuilder::default();

@@ -20,6 +20,7 @@ mod pictures;
 mod range;
 mod spawned;
 mod surface_sizes;
+mod tracer;
 mod watertight;
 mod waves;
 mod wide_tiles;

@@ -3,9 +3,9 @@
 
 use crate::common::{Loaded, RayColumns, assets, load};
 use glam::DVec3;
-use lanecast::accel::{Structure, World};
-use lanecast::plan::{Kernels, Precision};
-use lanecast::trace::HitId;
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::plan::{Kernels, Precision};
+use lanecast::internals::trace::HitId;
 use serde_json::Value;
 
 struct Row {
@@ -40,7 +40,10 @@ fn rows(of_mesh: &Value) -> Vec<Row> {
 /// Two triangles in one plane: which of them is nearer is left to rounding, in
 /// the published answers as in ours.
 fn coplanar(loaded: &Loaded, row: &Row, ours: u32, theirs: u32) -> bool {
-    let mesh = loaded.scene.meshes.row(lanecast::scene::MeshId(0));
+    let mesh = loaded
+        .scene
+        .meshes
+        .row(lanecast::internals::scene::MeshId(0));
     let corners = |i: u32| {
         mesh.corners(i as usize)
             .map(|c| DVec3::from_array(c.map(f64::from)))

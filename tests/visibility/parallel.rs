@@ -3,10 +3,10 @@
 
 use crate::common::{Random, RayColumns, campaign, hard_scene, random_scene};
 use glam::DVec3;
-use lanecast::accel::{Structure, World};
-use lanecast::plan::{Kernels, Precision, native_width};
-use lanecast::scene::{Instances, Scene};
-use lanecast::trace::{Caching, HitId, ShadowCache};
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::plan::{Kernels, Precision, native_width};
+use lanecast::internals::scene::{Instances, Scene};
+use lanecast::internals::trace::{Caching, HitId, ShadowCache};
 
 const RAYS: usize = 320;
 

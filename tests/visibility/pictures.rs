@@ -4,10 +4,10 @@
 #![cfg(feature = "all-lanes")]
 
 use crate::common::{ALL_AOVS, Loaded, assets, hash, in_repository, load};
-use lanecast::accel::Structure;
-use lanecast::plan::{Kernels, Precision, widths};
-use lanecast::render::{RenderConfig, TileOrder};
-use lanecast::scene::{CsgSolid, Shape};
+use lanecast::internals::accel::Structure;
+use lanecast::internals::plan::{Kernels, Precision, widths};
+use lanecast::internals::render::{RenderConfig, TileOrder};
+use lanecast::internals::scene::{CsgSolid, Shape};
 use std::path::{Path, PathBuf};
 
 const FILES: [&str; 6] = [

@@ -3,11 +3,11 @@
 
 use crate::common::{Random, RayColumns, kernels, structures};
 use glam::{DAffine3, DVec3};
-use lanecast::accel::{Structure, World};
-use lanecast::geom::{Cuboid, Sphere};
-use lanecast::plan::{Kernels, Precision};
-use lanecast::scene::{Edge, Instances, MeshData, Scene, SceneBuilder};
-use lanecast::trace::{Caching, HitId, ShadowCache};
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::geom::{Cuboid, Sphere};
+use lanecast::internals::plan::{Kernels, Precision};
+use lanecast::internals::scene::{Edge, Instances, MeshData, Scene, SceneBuilder};
+use lanecast::internals::trace::{Caching, HitId, ShadowCache};
 
 /// Boxes, balls and a mesh of tetrahedra within 1 of the origin, made `size` as large.
 fn scene(random: &mut Random, size: f64) -> Scene {

@@ -2,12 +2,12 @@
 
 use crate::common::{Random, RayColumns, barth_sextic, kernels, torus};
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::accel::{Structure, World};
-use lanecast::geom::{Clip, Sphere};
-use lanecast::plan::Precision;
-use lanecast::reference::Reference;
-use lanecast::scene::{Edge, Instances, Scene, SceneBuilder, ShapeId};
-use lanecast::trace::{HitId, ShadowCache};
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::geom::{Clip, Sphere};
+use lanecast::internals::plan::Precision;
+use lanecast::internals::reference::Reference;
+use lanecast::internals::scene::{Edge, Instances, Scene, SceneBuilder, ShapeId};
+use lanecast::internals::trace::{HitId, ShadowCache};
 
 const RIGHT: [Precision; 2] = [Precision::Guarded, Precision::Exact];
 

@@ -11,11 +11,11 @@
 
 use crate::common::{Loaded, Random, RayColumns, assets, campaign, load};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
-use lanecast::accel::Structure;
-use lanecast::plan::Precision;
-use lanecast::scene::{Camera, Instances};
-use lanecast::scene::{Edge, Mesh, MeshData, MeshId, SceneBuilder};
-use lanecast::trace::{HitId, ShadowCache};
+use lanecast::internals::accel::Structure;
+use lanecast::internals::plan::Precision;
+use lanecast::internals::scene::{Camera, Instances};
+use lanecast::internals::scene::{Edge, Mesh, MeshData, MeshId, SceneBuilder};
+use lanecast::internals::trace::{HitId, ShadowCache};
 use std::collections::HashMap;
 
 /// Rays at each mesh, at the campaign's full size.

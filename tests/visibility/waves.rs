@@ -3,12 +3,14 @@
 
 use bumpalo::Bump;
 use glam::DVec3;
-use lanecast::accel::{Structure, World};
-use lanecast::geom::Cuboid;
-use lanecast::plan::{Choices, plan};
-use lanecast::scene::*;
-use lanecast::shade::{BATCH, Integrator, MaterialFlags, RayCounts, Scratch, Statistics};
-use lanecast::trace::{Caching, RayKind, ShadowCache};
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::geom::Cuboid;
+use lanecast::internals::plan::{Choices, plan};
+use lanecast::internals::scene::*;
+use lanecast::internals::shade::{
+    BATCH, Integrator, MaterialFlags, RayCounts, Scratch, Statistics,
+};
+use lanecast::internals::trace::{Caching, RayKind, ShadowCache};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 

@@ -3,11 +3,11 @@
 
 use crate::common::{Random, RayColumns};
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::accel::{Structure, World};
-use lanecast::measure::generate::displaced_sphere;
-use lanecast::plan::{Kernels, Precision, native_width};
-use lanecast::scene::{Edge, Instances, MeshData, Scene, SceneBuilder};
-use lanecast::trace::{Caching, HitId, ShadowCache};
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::measure::generate::displaced_sphere;
+use lanecast::internals::plan::{Kernels, Precision, native_width};
+use lanecast::internals::scene::{Edge, Instances, MeshData, Scene, SceneBuilder};
+use lanecast::internals::trace::{Caching, HitId, ShadowCache};
 
 const RAYS: usize = 64 * 40;
 

@@ -5,6 +5,7 @@
 
 use super::names::Names;
 use glam::DVec3;
+use thiserror::Error;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
@@ -89,4 +90,36 @@ impl Camera {
 pub struct Cameras {
     pub rows: Vec<Camera>,
     pub names: Names,
+}
+
+/// A camera that was asked for and is not there.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("no camera '{asked}': {known}")]
+pub struct UnknownCamera {
+    asked: String,
+    known: String,
+}
+
+impl Cameras {
+    /// Finds the row of the camera of a name, or else of a number from 0; the first if none
+    /// is asked for. Returns `None` if none is asked for and there is none.
+    pub fn pick(&self, asked: Option<&str>) -> Result<Option<usize>, UnknownCamera> {
+        let count = self.rows.len();
+        let Some(asked) = asked else {
+            return Ok((count > 0).then_some(0));
+        };
+        let named = (0..count).find(|row| self.names.get(*row as u32) == Some(asked));
+        let numbered = || asked.parse().ok().filter(|row| *row < count);
+        let labels = || (0..count as u32).map(|i| self.names.label(i));
+        named
+            .or_else(numbered)
+            .map(Some)
+            .ok_or_else(|| UnknownCamera {
+                asked: asked.to_owned(),
+                known: match count {
+                    0 => "the scene has none; leave it out for a framed view".into(),
+                    _ => format!("the scene has {}", labels().collect::<Vec<_>>().join(", ")),
+                },
+            })
+    }
 }

@@ -1,7 +1,7 @@
 //! Bad native scenes: each is refused in little time by one message with the place and the
 //! fault.
 
-use lanecast::io::{LoadOptions, load};
+use lanecast::internals::io::{LoadOptions, load};
 use std::path::Path;
 use std::time::Instant;
 

@@ -2,9 +2,9 @@
 
 use super::*;
 use crate::common::{property, within_seconds};
-use lanecast::plan::{Accel, Choices, plan};
-use lanecast::reference::Reference;
-use lanecast::scene::{Camera, Instance};
+use lanecast::internals::plan::{Accel, Choices, plan};
+use lanecast::internals::reference::Reference;
+use lanecast::internals::scene::{Camera, Instance};
 use proptest::prelude::*;
 
 /// Nodes that each hold the next one twice; gives the first.

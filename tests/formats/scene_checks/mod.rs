@@ -1,10 +1,12 @@
 //! Provokes every error of the scene's check by name.
 
 use glam::{DAffine3, DVec3};
-use lanecast::geom::tape::Builder;
-use lanecast::geom::{Clip, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphere};
-use lanecast::math::Affine;
-use lanecast::scene::*;
+use lanecast::internals::geom::tape::Builder;
+use lanecast::internals::geom::{
+    Clip, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphere,
+};
+use lanecast::internals::math::Affine;
+use lanecast::internals::scene::*;
 
 const NAN: f64 = f64::NAN;
 

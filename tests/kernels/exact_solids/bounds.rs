@@ -2,9 +2,9 @@
 
 use crate::common::property;
 use glam::DVec3;
-use lanecast::geom::Quadric;
-use lanecast::geom::exact::{self, Line};
-use lanecast::math::length;
+use lanecast::internals::geom::Quadric;
+use lanecast::internals::geom::exact::{self, Line};
+use lanecast::internals::math::length;
 use proptest::prelude::*;
 
 /// Σ ((x − c)·uₖ / rₖ)² ≤ 1, multiplied out and rounded.

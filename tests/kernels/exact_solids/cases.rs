@@ -3,8 +3,8 @@
 use super::Random;
 use super::touching::tangent;
 use glam::DVec3;
-use lanecast::geom::exact::{Line, Solid};
-use lanecast::geom::{Cone, Cuboid, Ellipsoid, HalfSpace, Polygon, Quadric, Sphere};
+use lanecast::internals::geom::exact::{Line, Solid};
+use lanecast::internals::geom::{Cone, Cuboid, Ellipsoid, HalfSpace, Polygon, Quadric, Sphere};
 
 /// A row that owns its numbers.
 #[derive(Clone, Debug)]

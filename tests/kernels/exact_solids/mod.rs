@@ -12,9 +12,9 @@ use crate::common::{Random, campaign};
 use crate::number::Exact;
 use cases::{Case, KINDS, LATTICES, SORTS, Shape, case, power, shape};
 use glam::DVec3;
-use lanecast::geom::exact::{Crossing, Line, Root, first_beyond};
-use lanecast::geom::triangle::exact::{Pair, meet_exact};
-use lanecast::geom::{Cone, Ellipsoid, HalfSpace, Quadric, Sphere};
+use lanecast::internals::geom::exact::{Crossing, Line, Root, first_beyond};
+use lanecast::internals::geom::triangle::exact::{Pair, meet_exact};
+use lanecast::internals::geom::{Cone, Ellipsoid, HalfSpace, Quadric, Sphere};
 use rayon::prelude::*;
 use truth::{Truth, facet};
 

@@ -3,8 +3,8 @@
 use super::Random;
 use super::cases::{Shape, power};
 use glam::DVec3;
-use lanecast::geom::exact::Line;
-use lanecast::geom::{Cone, Ellipsoid, Quadric, Sphere};
+use lanecast::internals::geom::exact::Line;
+use lanecast::internals::geom::{Cone, Ellipsoid, Quadric, Sphere};
 
 /// A shape and a line that touches it and no more, in integers: from Pythagorean
 /// numbers.

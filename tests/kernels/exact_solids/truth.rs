@@ -4,7 +4,7 @@
 
 use super::cases::{Case, Shape};
 use crate::number::Exact;
-use lanecast::geom::exact::Line;
+use lanecast::internals::geom::exact::Line;
 use std::cmp::Ordering;
 
 /// a + b t + c t².

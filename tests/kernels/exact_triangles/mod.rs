@@ -8,8 +8,8 @@ mod truth;
 use crate::common::{Random, campaign};
 use crate::number::Exact;
 use cases::{PLANE, SORTS, case};
-use lanecast::geom::triangle::exact::{Pair, edge_functions, meet_exact};
-use lanecast::math::int::Grid;
+use lanecast::internals::geom::triangle::exact::{Pair, edge_functions, meet_exact};
+use lanecast::internals::math::int::Grid;
 use truth::Truth;
 
 fn fits<const N: usize>(case: &Pair) -> bool {

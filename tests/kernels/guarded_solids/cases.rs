@@ -3,8 +3,10 @@
 
 use crate::common::Random;
 use glam::DVec3;
-use lanecast::geom::triangle::Corners;
-use lanecast::geom::{Cone, Cuboid, Ellipsoid, HalfSpace, Quadric, Sphere, polygon_plane};
+use lanecast::internals::geom::triangle::Corners;
+use lanecast::internals::geom::{
+    Cone, Cuboid, Ellipsoid, HalfSpace, Quadric, Sphere, polygon_plane,
+};
 
 #[derive(Clone, Debug)]
 pub enum Kind {

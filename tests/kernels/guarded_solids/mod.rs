@@ -7,10 +7,12 @@ mod truth;
 use crate::common::{Random, campaign};
 use cases::{Case, KINDS, Kind, NAMES, subject};
 use glam::DVec3;
-use lanecast::geom::guarded::{ObjectRay, cone, cuboid, half_space, polygon, quadric, sphere};
-use lanecast::geom::{Cone, Meet, Polygon, Ray, triangle};
-use lanecast::math::Vec3;
-use lanecast::math::lanes::{Lanes, Mask, Register, Scalar, f64x8};
+use lanecast::internals::geom::guarded::{
+    ObjectRay, cone, cuboid, half_space, polygon, quadric, sphere,
+};
+use lanecast::internals::geom::{Cone, Meet, Polygon, Ray, triangle};
+use lanecast::internals::math::Vec3;
+use lanecast::internals::math::lanes::{Lanes, Mask, Register, Scalar, f64x8};
 use truth::Truth;
 
 fn meet<L: Lanes>(kind: &Kind, object: &ObjectRay<L>) -> Meet<L> {

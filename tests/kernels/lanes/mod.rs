@@ -8,10 +8,10 @@ mod rules;
 
 use crate::common::{Random, campaign};
 use glam::DVec3;
-use lanecast::accel::Slabs;
-use lanecast::geom::*;
-use lanecast::math::lanes::*;
-use lanecast::math::{Aabb32, Vec3};
+use lanecast::internals::accel::Slabs;
+use lanecast::internals::geom::*;
+use lanecast::internals::math::lanes::*;
+use lanecast::internals::math::{Aabb32, Vec3};
 
 /// Cases of each kernel and width, at the campaign's full size.
 const CASES: usize = 1_000_000;

@@ -2,8 +2,8 @@
 
 use super::Wild;
 use crate::common::{Random, campaign};
-use lanecast::math::lanes::*;
-use lanecast::math::{Affine, Vec3};
+use lanecast::internals::math::lanes::*;
+use lanecast::internals::math::{Affine, Vec3};
 
 /// Object rays: a transform of f64 lanes is the scalar transform of each.
 #[test]

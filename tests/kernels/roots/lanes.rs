@@ -1,11 +1,11 @@
 //! Least roots in lanes: every width has the bits of one lane, and those of the exact root.
 
 use crate::common::property;
-use lanecast::math::lanes::{Lanes, Mask, f64x4, f64x8};
-use lanecast::roots::lanes::{
+use lanecast::internals::math::lanes::{Lanes, Mask, f64x4, f64x8};
+use lanecast::internals::roots::lanes::{
     Segment, Waiting, changes_between, exists, from_powers, least_root, leaves_between, nearest,
 };
-use lanecast::roots::{Interval, Polynomial, nearest as nearest_of};
+use lanecast::internals::roots::{Interval, Polynomial, nearest as nearest_of};
 use proptest::prelude::*;
 
 /// What a lane says: t, its error, existence; `None`: in doubt.

@@ -6,7 +6,7 @@ mod lanes;
 
 use crate::common::{assets, property};
 use fractions::Fractions;
-use lanecast::roots::{
+use lanecast::internals::roots::{
     Answer, Cluster, Interval, Polynomial, Proof, Solver, Want, nearest, roots, solve,
 };
 use proptest::prelude::*;

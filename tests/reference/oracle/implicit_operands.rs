@@ -4,7 +4,7 @@ use super::implicits::{NONE, X, ball, depths, implicit, torus};
 use super::quadrics::hyperboloid;
 use super::*;
 use crate::common::property;
-use lanecast::reference::Crossing;
+use lanecast::internals::reference::Crossing;
 use proptest::prelude::*;
 
 /// Two unit balls as operands: a sphere, and the same as a polynomial.

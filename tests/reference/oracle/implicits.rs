@@ -3,9 +3,9 @@
 
 use super::*;
 use crate::common::property;
-use lanecast::geom::tape::Builder;
-use lanecast::geom::{Clip, Tape};
-use lanecast::reference::Crossing;
+use lanecast::internals::geom::tape::Builder;
+use lanecast::internals::geom::{Clip, Tape};
+use lanecast::internals::reference::Crossing;
 use proptest::prelude::*;
 
 /// A polynomial, written down.

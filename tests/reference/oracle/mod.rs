@@ -2,9 +2,9 @@
 //! with published hits.
 
 use glam::{DAffine3, DVec3};
-use lanecast::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphere};
-use lanecast::reference::{Grid, Hit, Reference, camera_ray, shadow};
-use lanecast::scene::*;
+use lanecast::internals::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphere};
+use lanecast::internals::reference::{Grid, Hit, Reference, camera_ray, shadow};
+use lanecast::internals::scene::*;
 
 mod implicit_operands;
 mod implicits;

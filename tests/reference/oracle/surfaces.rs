@@ -3,7 +3,7 @@
 use super::implicits::tape;
 use super::*;
 use crate::common::assets;
-use lanecast::geom::Tape;
+use lanecast::internals::geom::Tape;
 use serde_json::Value;
 
 /// Σ c xⁱ yʲ zᵏ.

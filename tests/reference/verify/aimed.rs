@@ -1,10 +1,10 @@
 //! Aimed rays are hard for f32, and moving a scene changes nothing but its place.
 
 use super::*;
-use lanecast::accel::{Structure, World};
-use lanecast::geom::{Cone, Cylinder, Ellipsoid, HalfSpace, Quadric};
-use lanecast::measure::adversarial::*;
-use lanecast::plan::{Kernels, Precision};
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::geom::{Cone, Cylinder, Ellipsoid, HalfSpace, Quadric};
+use lanecast::internals::measure::adversarial::*;
+use lanecast::internals::plan::{Kernels, Precision};
 
 const COUNT: usize = 4000;
 

@@ -2,12 +2,12 @@
 //! each test falsifies some of them.
 
 use glam::DVec3;
-use lanecast::geom::{Cuboid, Sphere};
-use lanecast::measure::verify::{self, *};
-use lanecast::reference::Reference;
-use lanecast::render::Progress;
-use lanecast::scene::*;
-use lanecast::trace::{Outcome, RayKind, TracedRay};
+use lanecast::internals::geom::{Cuboid, Sphere};
+use lanecast::internals::measure::verify::{self, *};
+use lanecast::internals::reference::Reference;
+use lanecast::internals::render::Progress;
+use lanecast::internals::scene::*;
+use lanecast::internals::trace::{Outcome, RayKind, TracedRay};
 
 mod aimed;
 mod scene;

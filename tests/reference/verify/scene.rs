@@ -1,11 +1,11 @@
 //! A small scene, and the rows that a tracer without a fault records of it.
 
 use glam::DVec3;
-use lanecast::geom::{Cuboid, Sphere};
-use lanecast::measure::verify::View;
-use lanecast::reference::{Grid, Reference, camera_ray, shadow};
-use lanecast::scene::*;
-use lanecast::trace::{Outcome, RayKind, TracedRay};
+use lanecast::internals::geom::{Cuboid, Sphere};
+use lanecast::internals::measure::verify::View;
+use lanecast::internals::reference::{Grid, Reference, camera_ray, shadow};
+use lanecast::internals::scene::*;
+use lanecast::internals::trace::{Outcome, RayKind, TracedRay};
 
 pub const SIZE: [u32; 2] = [48, 32];
 

@@ -2,7 +2,7 @@
 
 use super::check::{build, check, mesh_bits};
 use super::soups::{Triangle, cloud, numbers, row, sheet, soup};
-use lanecast::accel::{VERTICES, WIDE, refit};
+use lanecast::internals::accel::{VERTICES, WIDE, refit};
 
 /// Bent, so that square patches cost less than strips.
 fn bowl() -> Vec<Triangle> {

@@ -1,12 +1,12 @@
 //! Builds trees over triangles or boxes, and checks what every tree must satisfy.
 
 use super::soups::{Triangle, row};
-use lanecast::accel::{
+use lanecast::internals::accel::{
     Block, BuildQuality, Child, MAX_DEPTH, UNUSED, WIDE, WideBlas, WideBvh, WideNode, build_mesh,
 };
-use lanecast::geom::triangle::canonical;
-use lanecast::math::Aabb32;
-use lanecast::scene::{Mesh, Meshes};
+use lanecast::internals::geom::triangle::canonical;
+use lanecast::internals::math::Aabb32;
+use lanecast::internals::scene::{Mesh, Meshes};
 
 pub fn build(meshes: &Meshes) -> WideBlas {
     build_mesh(&row(meshes), BuildQuality::default())

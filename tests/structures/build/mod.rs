@@ -10,9 +10,9 @@ mod soups;
 
 use crate::common::property;
 use check::{around, build, build_high, check, check_tree, mesh_bits};
-use lanecast::accel::{BuildQuality, WIDE, build_boxes, build_mesh};
-use lanecast::math::Aabb32;
-use lanecast::scene::Meshes;
+use lanecast::internals::accel::{BuildQuality, WIDE, build_boxes, build_mesh};
+use lanecast::internals::math::Aabb32;
+use lanecast::internals::scene::Meshes;
 use proptest::prelude::*;
 use soups::{Triangle, cloud, degenerate, numbers, row, sheet, soup};
 

@@ -4,11 +4,13 @@
 use super::check::{build, build_high};
 use crate::common::{ALL_AOVS, hash};
 use glam::DVec3;
-use lanecast::accel::{BuildQuality, Structure, World};
-use lanecast::measure::generate::{Generated, building, needles};
-use lanecast::plan::{Kernels, Precision};
-use lanecast::render::{Progress, RenderConfig, View, render};
-use lanecast::scene::{Camera, Edge, Falloff, Instances, Light, MeshData, Meshes, SceneBuilder};
+use lanecast::internals::accel::{BuildQuality, Structure, World};
+use lanecast::internals::measure::generate::{Generated, building, needles};
+use lanecast::internals::plan::{Kernels, Precision};
+use lanecast::internals::render::{Progress, RenderConfig, View, render};
+use lanecast::internals::scene::{
+    Camera, Edge, Falloff, Instances, Light, MeshData, Meshes, SceneBuilder,
+};
 
 fn generated(mesh: Generated, triangles: u64) -> MeshData {
     let set = mesh.mesh(triangles);

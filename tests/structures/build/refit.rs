@@ -2,8 +2,8 @@
 
 use super::check::{build, check, check_tree, mesh_bits};
 use super::soups::{cloud, numbers, row, soup};
-use lanecast::accel::{BuildQuality, build_boxes, refit, refit_boxes};
-use lanecast::math::Aabb32;
+use lanecast::internals::accel::{BuildQuality, build_boxes, refit, refit_boxes};
+use lanecast::internals::math::Aabb32;
 
 #[test]
 fn refit_without_motion_changes_nothing() {

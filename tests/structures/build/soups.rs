@@ -1,7 +1,7 @@
 //! Triangle soups for builders, among them degenerate ones.
 
 use crate::common::Random;
-use lanecast::scene::{Mesh, MeshData, Meshes};
+use lanecast::internals::scene::{Mesh, MeshData, Meshes};
 
 pub type Triangle = [[f32; 3]; 3];
 
@@ -19,7 +19,7 @@ pub fn soup(triangles: &[Triangle]) -> Meshes {
 }
 
 pub fn row(meshes: &Meshes) -> Mesh<'_> {
-    meshes.row(lanecast::scene::MeshId(0))
+    meshes.row(lanecast::internals::scene::MeshId(0))
 }
 
 /// Numbers in 0..1, the same ones every time.

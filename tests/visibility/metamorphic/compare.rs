@@ -1,9 +1,9 @@
 //! Counts the differences between two pictures, or two records of rays.
 
-use lanecast::plan::Precision;
-use lanecast::reference::Reference;
-use lanecast::render::Rendered;
-use lanecast::trace::{HitId, Outcome, RayKind, TracedRay};
+use lanecast::internals::plan::Precision;
+use lanecast::internals::reference::Reference;
+use lanecast::internals::render::Rendered;
+use lanecast::internals::trace::{HitId, Outcome, RayKind, TracedRay};
 use std::ops::AddAssign;
 
 /// What differs, by name, and how often.

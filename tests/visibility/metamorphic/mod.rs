@@ -15,13 +15,13 @@ use crate::common::{
 };
 use compare::{Tally, is_tie, same_pictures, same_records, show};
 use glam::DVec3;
-use lanecast::accel::Structure;
-use lanecast::geom::Sphere;
-use lanecast::plan::Precision;
-use lanecast::reference::Reference;
-use lanecast::render::{Progress, RenderConfig, Rendered, View, render};
-use lanecast::scene::{Edge, Instances, Scene, SceneBuilder};
-use lanecast::trace::{HitId, TracedRay};
+use lanecast::internals::accel::Structure;
+use lanecast::internals::geom::Sphere;
+use lanecast::internals::plan::Precision;
+use lanecast::internals::reference::Reference;
+use lanecast::internals::render::{Progress, RenderConfig, Rendered, View, render};
+use lanecast::internals::scene::{Edge, Instances, Scene, SceneBuilder};
+use lanecast::internals::trace::{HitId, TracedRay};
 use remade::{Change, Order, Turn, below, remade};
 
 const MODES: [Precision; 3] = [Precision::Fast, Precision::Guarded, Precision::Exact];
@@ -275,7 +275,7 @@ fn permuting(scenes: &[(String, Loaded)], config: &RenderConfig, hard: usize) ->
             let instance = plain.instances.before_root(order.roots[row]) + within;
             let shape = plain.instances.get(&plain.scene, instance).shape;
             let primitive = match plain.scene.shapes.row(shape) {
-                lanecast::scene::Shape::Mesh(mesh) => {
+                lanecast::internals::scene::Shape::Mesh(mesh) => {
                     order.triangles[mesh.index()][id.primitive as usize]
                 }
                 _ => id.primitive,

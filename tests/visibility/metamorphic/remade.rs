@@ -3,11 +3,11 @@
 
 use crate::common::Random;
 use glam::{DAffine3, DMat3, DVec3};
-use lanecast::geom::formula::Formula;
-use lanecast::geom::tape::{Builder, Step};
-use lanecast::geom::*;
-use lanecast::math::Affine;
-use lanecast::scene::*;
+use lanecast::internals::geom::formula::Formula;
+use lanecast::internals::geom::tape::{Builder, Step};
+use lanecast::internals::geom::*;
+use lanecast::internals::math::Affine;
+use lanecast::internals::scene::*;
 
 /// A turn that takes axes to axes: coordinate k of a turned point is
 /// `sign[k]` times coordinate `from[k]` of the point. No rounding.

@@ -3,13 +3,13 @@
 use super::Turn;
 use crate::common::property;
 use glam::DVec3;
-use lanecast::geom::guarded::{self, ObjectRay};
-use lanecast::geom::{
+use lanecast::internals::geom::guarded::{self, ObjectRay};
+use lanecast::internals::geom::{
     Cone, Cuboid, Ellipsoid, HalfSpace, Meet, Ray, Sphere, cone, cuboid, ellipsoid, half_space,
     sphere,
 };
-use lanecast::math::lanes::{Lanes, Mask, Scalar};
-use lanecast::math::{Vec3, unordered_dot};
+use lanecast::internals::math::lanes::{Lanes, Mask, Scalar};
+use lanecast::internals::math::{Vec3, unordered_dot};
 use proptest::prelude::*;
 
 /// Numbers of which solids are made.
@@ -93,7 +93,7 @@ fn depths<L: Lanes>(solid: &Numbers, turn: &Turn, org: DVec3, dir: DVec3) -> Vec
         plane(turn.of(DVec3::X)),
         plane(turn.of(-DVec3::Y)),
     ];
-    let beyond = |span: lanecast::geom::Span<L>| span.first_beyond(ray.t_min);
+    let beyond = |span: lanecast::internals::geom::Span<L>| span.first_beyond(ray.t_min);
     let meets = [
         guarded::sphere::meet_sphere(&ball, &object, all),
         guarded::sphere::meet_ellipsoid(&egg, &object, all),

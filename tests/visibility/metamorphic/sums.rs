@@ -3,10 +3,10 @@
 
 use super::Turn;
 use crate::common::property;
-use lanecast::geom::Ray;
-use lanecast::geom::triangle::{Corners, canonical, depth_each, splat};
-use lanecast::math::Vec3;
-use lanecast::math::lanes::{Lanes, Scalar, odd_sum, unordered_sum};
+use lanecast::internals::geom::Ray;
+use lanecast::internals::geom::triangle::{Corners, canonical, depth_each, splat};
+use lanecast::internals::math::Vec3;
+use lanecast::internals::math::lanes::{Lanes, Scalar, odd_sum, unordered_sum};
 use proptest::prelude::*;
 
 const ORDERS: [[usize; 3]; 6] = [

@@ -12,18 +12,18 @@ mod subjects;
 
 use crate::common::{Random, RayColumns, campaign, kernels};
 use glam::DVec3;
-use lanecast::accel::{Structure, World};
-use lanecast::geom::HalfSpace;
-use lanecast::geom::formula;
-use lanecast::geom::guarded::implicit::blur_at;
-use lanecast::geom::implicit::gradient_at;
-use lanecast::math::Vec3;
-use lanecast::math::bounds::UNIT;
-use lanecast::plan::Precision;
-use lanecast::reference::Reference;
-use lanecast::scene::{Edge, Instances, Scene, shape_bounds};
-use lanecast::shade::Surface;
-use lanecast::trace::{HitId, ShadowCache};
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::geom::HalfSpace;
+use lanecast::internals::geom::formula;
+use lanecast::internals::geom::guarded::implicit::blur_at;
+use lanecast::internals::geom::implicit::gradient_at;
+use lanecast::internals::math::Vec3;
+use lanecast::internals::math::bounds::UNIT;
+use lanecast::internals::plan::Precision;
+use lanecast::internals::reference::Reference;
+use lanecast::internals::scene::{Edge, Instances, Scene, shape_bounds};
+use lanecast::internals::shade::Surface;
+use lanecast::internals::trace::{HitId, ShadowCache};
 use std::ops::AddAssign;
 use subjects::{KINDS, Kind, Subject, subject};
 
@@ -164,7 +164,8 @@ fn bound(
     let single = precision != Precision::Exact
         && matches!(
             shape,
-            lanecast::scene::Shape::Mesh(_) | lanecast::scene::Shape::Polygon(_)
+            lanecast::internals::scene::Shape::Mesh(_)
+                | lanecast::internals::scene::Shape::Polygon(_)
         );
     let u = if single {
         f32::EPSILON.into()
@@ -175,20 +176,20 @@ fn bound(
     let object = DVec3::from_array(subject.object_from_world.point(org));
     let mut object = own.max(object.abs().max_element());
     // The magnitudes that a quadric is made of there, by its slope, are as coordinates.
-    if let lanecast::scene::Shape::Quadric(id) = shape {
+    if let lanecast::internals::scene::Shape::Quadric(id) = shape {
         let point = subject.object_from_world.point(surface.point.to_array());
         let row = scene.quadrics.row(id);
         let (_, slope, size) = row.value_at(DVec3::from_array(point));
         object = object.max(size / slope.length());
     }
     // And what other polynomials may be off by there, in roundings.
-    if let lanecast::scene::Shape::Implicit(id) = shape {
+    if let lanecast::internals::scene::Shape::Implicit(id) = shape {
         let point = subject.object_from_world.point(surface.point.to_array());
         let (point, row) = (DVec3::from_array(point), scene.implicits.row(id));
         let size = blur_at((row.tape, row.dense), Vec3::<f64>::from(point)) / UNIT;
         object = object.max(size / gradient_at(row.tape, point).length());
     }
-    if let lanecast::scene::Shape::LevelSet(id) = shape {
+    if let lanecast::internals::scene::Shape::LevelSet(id) = shape {
         let point = subject.object_from_world.point(surface.point.to_array());
         let formula = scene.level_sets.row(id).formula;
         let size = formula::blur_at(formula, Vec3::<f64>::from(DVec3::from_array(point))) / UNIT;

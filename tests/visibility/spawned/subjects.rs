@@ -2,12 +2,12 @@
 
 use crate::common::{Random, barth_sextic, clebsch, dented, gyroid, torus};
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::accel::World;
-use lanecast::geom::exact::sign_at;
-use lanecast::geom::formula::value_and_gradient;
-use lanecast::geom::*;
-use lanecast::math::Affine;
-use lanecast::scene::*;
+use lanecast::internals::accel::World;
+use lanecast::internals::geom::exact::sign_at;
+use lanecast::internals::geom::formula::value_and_gradient;
+use lanecast::internals::geom::*;
+use lanecast::internals::math::Affine;
+use lanecast::internals::scene::*;
 use std::cmp::Ordering;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,0 +1,25 @@
+//! What can go wrong, in one type.
+
+use crate::io::{LoadError, SaveError};
+use crate::plan::PlanError;
+use crate::render::RenderError;
+use crate::scene::{SceneError, UnknownCamera};
+use thiserror::Error;
+
+/// Everything that the stable interface refuses, with the place and the remedy.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum Error {
+    #[error(transparent)]
+    Load(#[from] LoadError),
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    #[error(transparent)]
+    Camera(#[from] UnknownCamera),
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    #[error(transparent)]
+    Save(#[from] SaveError),
+}

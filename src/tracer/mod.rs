@@ -1,0 +1,158 @@
+//! The stable interface: a scene that is ready to be asked, and what it answers.
+//!
+//! A [`Tracer`] owns trees over a scene. It answers rays, lists spans through solids and
+//! renders pictures. It holds no other state, so any number of tracers may be asked at once
+//! from any number of threads; each answer is what one ray alone in one thread would get
+//! (tests/visibility/tracer.rs). Work is distributed over the rayon pool that the caller runs
+//! in.
+
+mod barycentric;
+mod batch;
+mod error;
+
+pub use batch::{Hit, Hits, RayBatch};
+pub use error::Error;
+
+use crate::accel::{BuildQuality, Density, KdQuality, Structure, World};
+use crate::plan::{Accel, Choices, Kernels, Plan, plan};
+use crate::render::{FinishedTile, Picture, Progress, RenderConfig, View, render_with};
+use crate::scene::{Instances, Scene, default_camera, default_lights};
+use crate::trace::{self, Caching, Depths, HitIds, Ids, ShadowCache, Spans, any, closest, spans};
+use barycentric::barycentrics;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Rays that a thread takes at a time.
+const CHUNK: usize = 1 << 14;
+
+/// What a [`Tracer`] is built for.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct TracerOptions {
+    /// The precision of its answers, the lanes and the structure.
+    pub choices: Choices,
+    /// How much time is spent on the trees. It changes no answer.
+    pub build: BuildQuality,
+}
+
+/// A scene with its trees, ready to be asked.
+pub struct Tracer {
+    world: World,
+    kernels: Kernels,
+}
+
+impl Tracer {
+    /// Builds the trees of a scene. Returns an error if the scene has more instances than
+    /// can be numbered, or if this build has no kernels for what `options` asks.
+    pub fn new(scene: &Scene, options: &TracerOptions) -> Result<Tracer, Error> {
+        let instances = Instances::of(scene)?;
+        let plan = plan(scene, &instances, &options.choices)?;
+        let structure = structure(&plan, &KdQuality::default());
+        Ok(Tracer {
+            world: World::build_to(options.build, scene, &instances, structure),
+            kernels: plan.kernels,
+        })
+    }
+
+    pub fn scene(&self) -> &Scene {
+        &self.world.scene
+    }
+
+    /// Finds the closest hit of every ray.
+    pub fn closest(&self, rays: &RayBatch) -> Hits {
+        let (mut t, mut ids) = (vec![0.0; rays.padded()], HitIds::none(rays.padded()));
+        let columns = t
+            .par_chunks_mut(CHUNK)
+            .zip(ids.instance.par_chunks_mut(CHUNK))
+            .zip(ids.primitive.par_chunks_mut(CHUNK));
+        columns
+            .enumerate()
+            .for_each(|(i, ((t, instance), primitive))| {
+                let rows = i * CHUNK..i * CHUNK + t.len();
+                let mut hits = trace::Hits {
+                    t: Depths::Double(t),
+                    id: Ids {
+                        instance,
+                        primitive,
+                    },
+                };
+                closest(&self.world, &self.kernels, &rays.rows(rows), &mut hits);
+            });
+        Hits::new(rays.len(), t, ids, |row, id| {
+            let (org, dir) = rays.ray(row);
+            barycentrics(&self.world, org, dir, id)
+        })
+    }
+
+    /// Finds the closest hit of one ray beyond its origin.
+    pub fn closest_one(&self, org: DVec3, dir: DVec3) -> Option<Hit> {
+        let mut ray = RayBatch::default();
+        ray.push(org, dir);
+        self.closest(&ray).get(0)
+    }
+
+    /// Tells of every ray whether it hits anything.
+    pub fn occluded(&self, rays: &RayBatch) -> Vec<bool> {
+        let mut blocked = vec![false; rays.padded()];
+        let chunks = blocked.par_chunks_mut(CHUNK).enumerate();
+        chunks.for_each(|(i, blocked)| {
+            let rows = i * CHUNK..i * CHUNK + blocked.len();
+            let cache = &mut ShadowCache::new(Caching::default());
+            any(&self.world, &self.kernels, &rays.rows(rows), cache, blocked);
+        });
+        blocked.truncate(rays.len());
+        blocked
+    }
+
+    /// Lists the spans of a line through the scene's solids, front to back. Returns an error
+    /// if there are too many instances to look at each.
+    pub fn spans(&self, org: DVec3, dir: DVec3) -> Result<Spans, Error> {
+        Ok(spans(&self.world.scene, &self.world.instances, org, dir)?)
+    }
+
+    /// Renders a picture, and calls `on_tile` with each tile once it is finished, from any
+    /// thread and in any order. Cameras and lights that the scene lacks are default ones.
+    /// Returns an error if there is no camera of the configured name, too little memory, or
+    /// if `progress` is cancelled. Only what `config` says of pictures counts; precision and
+    /// structure are the tracer's.
+    pub fn render(
+        &self,
+        config: &RenderConfig,
+        progress: &Progress,
+        on_tile: &(dyn Fn(FinishedTile) + Sync),
+    ) -> Result<Picture, Error> {
+        let scene = self.scene();
+        let camera = match scene.cameras.pick(config.camera.as_deref()) {
+            Ok(Some(row)) => scene.cameras.rows[row],
+            Ok(None) => default_camera(scene, &self.world.instances, config.aspect()),
+            Err(unknown) => return Err(unknown.into()),
+        };
+        let made;
+        let lights = match &*scene.lights {
+            [] => {
+                made = default_lights(&camera);
+                &made
+            }
+            lights => lights,
+        };
+        let view = View {
+            world: &self.world,
+            kernels: self.kernels,
+            camera,
+            lights,
+        };
+        Ok(render_with(&view, config, progress, on_tile)?)
+    }
+}
+
+/// Returns the structure that the plan chose; `kd` holds the parameters of a k-d tree.
+pub(crate) fn structure(plan: &Plan, kd: &KdQuality) -> Structure {
+    match plan.accel {
+        Accel::Bvh => Structure::Bvh,
+        Accel::Kd => Structure::Kd(*kd),
+        Accel::Grid => Structure::Grid(Density::default()),
+        Accel::Heap => Structure::Heap,
+        Accel::HeapSpheres => Structure::HeapSpheres,
+        Accel::Linear => Structure::Linear,
+        Accel::ItemBuffer => Structure::ItemBuffer,
+    }
+}

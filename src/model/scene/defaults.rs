@@ -161,7 +161,7 @@ impl<'a> Points<'a> {
 mod tests {
     use super::*;
     use crate::geom::{Cuboid, HalfSpace, Sphere};
-    use crate::scene::{Edge, Projection, SceneBuilder};
+    use crate::scene::{Edge, Projection, Scene, SceneBuilder};
 
     fn scene_of(center: DVec3, radius: f64) -> (Scene, Instances) {
         let mut scene = SceneBuilder::default();

@@ -153,7 +153,7 @@ pub fn mesh_bits(tree: &WideBlas) -> Vec<u32> {
     let mut all = bits(&tree.tree);
     for block in &tree.blocks.indexed {
         all.extend(block.vertex.as_flattened().iter().map(|x| x.to_bits()));
-        all.extend(block.at.as_flattened().iter().map(|i| u32::from(*i)));
+        all.extend(block.index.as_flattened().iter().map(|i| u32::from(*i)));
         all.extend(block.source);
     }
     for block in &tree.blocks.unindexed {

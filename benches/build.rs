@@ -85,7 +85,7 @@ fn structures(c: &mut Criterion) {
             Structure::Bvh | Structure::ItemBuffer => WIDE,
             _ => 1,
         };
-        let held = world.levels.blas_figures()[0].references * each;
+        let held = world.accelerator.blas_figures()[0].references * each;
         assert!(held >= count, "{name}: {held} triangles");
         group.bench_function(name, |b| {
             pool.install(|| b.iter(|| World::build(black_box(&scene), &instances, structure)));

@@ -142,7 +142,7 @@ fn report(prepared: &Prepared, world: &World) -> Report {
             .collect(),
         tables: scene.bytes().into_iter().collect(),
         trees: world.bytes().into_iter().collect(),
-        top_tree_sah: world.levels.tlas_figures().sah,
+        top_tree_sah: world.accelerator.tlas_figures().sah,
     }
 }
 

@@ -190,7 +190,7 @@ pub fn measure(
                 }
                 bounds[i].mismatches += cold.mismatches(&answers);
                 bounds[i].refitted += usize::from(outcome == RefitOutcome::Refitted);
-                bounds[i].sah = world.levels.tlas_figures().sah;
+                bounds[i].sah = world.accelerator.tlas_figures().sah;
                 next[i] = Some(world.keep());
             }
         }

@@ -54,10 +54,10 @@ impl StructureRow {
     /// Returns the row of one of our structures.
     pub fn of_world(world: &World, name: &str, triangles: u64, seconds: &[f64]) -> StructureRow {
         let mut row = StructureRow::new(name.into(), triangles, tree_bytes(world), seconds);
-        let meshes = world.levels.blas_figures();
+        let meshes = world.accelerator.blas_figures();
         let largest = meshes.iter().max_by_key(|mesh| mesh.references);
         let figures = [
-            world.levels.tlas_figures(),
+            world.accelerator.tlas_figures(),
             largest.copied().unwrap_or_default(),
         ];
         row.sah = Some(figures.map(|f| f.sah));

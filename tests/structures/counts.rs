@@ -10,7 +10,7 @@
 
 use crate::common::{Loaded, assets, load};
 use lanecast::internals::accel::{
-    BaselineLevels, Count, Counter, Counts, Density, Figures, Levels, Structure, World,
+    Accelerator, BaselineAccelerator, Count, Counter, Counts, Density, Figures, Structure, World,
 };
 use lanecast::internals::geom::Guarded;
 use lanecast::internals::math::Vec3;
@@ -44,7 +44,7 @@ fn rays(loaded: &Loaded) -> Vec<TracedRay> {
 }
 
 /// Traces each ray anew, at one lane, and compares. No occluder is tried first.
-fn replay(world: &World, levels: &BaselineLevels, rays: &[TracedRay]) -> (Counts, Figures) {
+fn replay(world: &World, levels: &BaselineAccelerator, rays: &[TracedRay]) -> (Counts, Figures) {
     let counter = Counter::default();
     let count = Count(Some(&counter));
     let mut scratch = [levels.tlas.scratch::<f32>(), levels.tlas.scratch::<f32>()];
@@ -82,7 +82,7 @@ fn replay(world: &World, levels: &BaselineLevels, rays: &[TracedRay]) -> (Counts
 
 fn measure(name: &str, world: &World, rays: &[TracedRay]) -> Counts {
     let start = Instant::now();
-    let Levels::Baseline(levels) = &world.levels else {
+    let Accelerator::Baseline(levels) = &world.accelerator else {
         return Counts::default();
     };
     let (counts, figures) = replay(world, levels, rays);

@@ -3,7 +3,9 @@
 
 use crate::common::{ALL_AOVS, Loaded, assets, hash, in_repository, load};
 use glam::{DAffine3, DVec3};
-use lanecast::internals::accel::{KeptTrees, Levels, RefitOutcome, Structure, WORST_REFIT, World};
+use lanecast::internals::accel::{
+    Accelerator, KeptTrees, RefitOutcome, Structure, WORST_REFIT, World,
+};
 use lanecast::internals::geom::Sphere;
 use lanecast::internals::math::{Aabb32, Affine};
 use lanecast::internals::plan::Precision;
@@ -211,7 +213,7 @@ fn fitted_trees_contain_everything() {
                 world
             }
         };
-        let Levels::Wide(levels) = &world.levels else {
+        let Accelerator::Wide(levels) = &world.accelerator else {
             panic!("not wide");
         };
         // Every entry once, at its place, in its leaf's box and all above it.

@@ -6,7 +6,7 @@ use crate::common::{
     kernels, load, picture, property, random_scene, random_shape, within_seconds,
 };
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::internals::accel::{Levels, Structure, World};
+use lanecast::internals::accel::{Accelerator, Structure, World};
 use lanecast::internals::geom::{HalfSpace, Sphere};
 use lanecast::internals::math::Affine;
 use lanecast::internals::plan::{Precision, native_width};
@@ -28,7 +28,7 @@ fn hits(rays: &RayColumns, world: &World, precision: Precision) -> Vec<Option<(u
 fn agree(scene: &Scene, rays: &RayColumns, why: &str) -> usize {
     let instances = Instances::of(scene).unwrap();
     let nested = World::build(scene, &instances, Structure::Nested);
-    assert!(matches!(nested.levels, Levels::Nested(_)));
+    assert!(matches!(nested.accelerator, Accelerator::Nested(_)));
     let mut number = 0;
     for structure in [Structure::Bvh, Structure::Linear] {
         let flat = World::build(scene, &instances, structure);
@@ -257,7 +257,7 @@ fn many_agree() {
     assert!(!instances.are_laid_out() && instances.count() > 1 << 16);
     let rays = rays_at(&scene, random, 2000);
     let nested = World::build(&scene, &instances, Structure::Bvh);
-    assert!(matches!(nested.levels, Levels::Nested(_)));
+    assert!(matches!(nested.accelerator, Accelerator::Nested(_)));
     let flat = World::build(&scene, &instances, Structure::Narrow);
     assert_eq!(flat.bounds, nested.bounds);
     for precision in ALL {

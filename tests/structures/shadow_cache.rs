@@ -5,7 +5,7 @@ use crate::common::{
     RayColumns, assets, campaign, hard_rays, hard_scene, kernels, load, random_scene, structures,
 };
 use glam::DVec3;
-use lanecast::internals::accel::{Count, Levels, Structure, World};
+use lanecast::internals::accel::{Accelerator, Count, Structure, World};
 use lanecast::internals::geom::Guarded;
 use lanecast::internals::math::Vec3;
 use lanecast::internals::plan::{Kernels, Precision, native_width};
@@ -174,7 +174,7 @@ fn hits_on_tetra_beside_the_published_ones() {
 
 /// One ray at a time, one cache: hits.
 fn last_occluder(world: &World, rays: &[TracedRay], forgets: bool) -> usize {
-    let Levels::Baseline(levels) = &world.levels else {
+    let Accelerator::Baseline(levels) = &world.accelerator else {
         unreachable!("asked for");
     };
     let mut scratch = [levels.tlas.scratch::<f32>(), levels.tlas.scratch::<f32>()];

@@ -5,7 +5,7 @@
 
 use crate::common::{Random, RayColumns, campaign, hard_rays, hard_scene, random_mesh};
 use glam::{DAffine3, DVec3};
-use lanecast::internals::accel::{Density, KdQuality, Levels, Structure, World};
+use lanecast::internals::accel::{Accelerator, Density, KdQuality, Structure, World};
 use lanecast::internals::geom::{Cylinder, Ellipsoid, Sphere};
 use lanecast::internals::math::{Aabb, Affine};
 use lanecast::internals::plan::{Kernels, Precision};
@@ -181,11 +181,11 @@ fn badly_conditioned_boxes_hold_every_corner() {
         let mesh = scene.meshes.row(MeshId(0));
         // Nested trees have boxes of all of them; flat ones leave the worst out.
         let world = World::build(&scene, &instances, Structure::Nested);
-        let Levels::Nested(levels) = &world.levels else {
+        let Accelerator::Nested(levels) = &world.accelerator else {
             panic!("not nested");
         };
-        let center = levels.groups.center();
-        let about = levels.groups.bounds(center).widened();
+        let center = levels.instance_bvhs.center();
+        let about = levels.instance_bvhs.bounds(center).widened();
         let bounds = Aabb::new(about.min + center, about.max + center);
         for i in 0..mesh.triangles.len() {
             for corner in mesh.corners(i) {

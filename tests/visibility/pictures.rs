@@ -119,7 +119,7 @@ fn hashes(file: &Path, loaded: &Loaded, precision: Precision) -> [u64; 2] {
     for lanes in widths() {
         for world in [&bvh, &linear] {
             let got = of(world, lanes, &config(SMALL));
-            let structure = world.levels.tlas_figures().nodes;
+            let structure = world.accelerator.tlas_figures().nodes;
             let file = file.display();
             assert_eq!(
                 got, small,

@@ -1,7 +1,7 @@
 //! The measurement of one scene: structures, modes, ray sets and a baseline.
 
 use super::export;
-use crate::accel::{BuildQuality, Levels, World};
+use crate::accel::{Accelerator, BuildQuality, World};
 use crate::cli::args::BenchArgs;
 use crate::cli::error::CliError;
 use crate::cli::interrupt;
@@ -360,7 +360,7 @@ fn contender<'w>(
     caching: Caching,
 ) -> Contender<'w> {
     let kernel = match kernels.lanes {
-        _ if matches!(world.levels, Levels::Nested(_)) => "stream",
+        _ if matches!(world.accelerator, Accelerator::Nested(_)) => "stream",
         1 => "single",
         _ if world.item_boxes.is_some() => "raster",
         _ if world.wide().is_some() => "tile",

@@ -1,9 +1,9 @@
-//! A CSG solid ready to be met: unfolded, and a tree over its operands.
+//! CSG solids prepared for tracing: unfolded, with a tree over their operands.
 //!
-//! Outside its own box nothing of a solid counts, so operands are known by the
-//! parts of their boxes inside, and those with none are left out where all are in one
-//! space: without them a program is false there too, because a box is derived from its
-//! operands' boxes alone.
+//! Nothing outside a solid's box counts, so operands are listed by the parts of their boxes
+//! inside it. Operands whose part is empty are left out if all operands share one frame.
+//! Without them the program is false outside the box as well, because the box is derived
+//! from the operands' boxes alone.
 
 use super::Index;
 use super::baselines::bvh4::Bvh4;
@@ -20,79 +20,87 @@ use crate::scene::{
 use glam::DVec3;
 use std::sync::Arc;
 
-/// With no more operands than this a tree does not pay.
+/// The most operands for which a tree does not pay.
 const FEW: usize = 12;
 
-/// The place of the box of an operand that is not in the tree.
+/// The row of the box of an operand that is not in the tree.
 const NO_BOX: u32 = u32::MAX;
 
-/// Frames of a greater condition have no tree.
-const WILD: f64 = 8.0;
+/// The largest condition of a frame whose solid gets a tree. The boxes have room for the
+/// roundings of rays, but not if these count many times in an operand's space.
+const MAX_CONDITION: f64 = 8.0;
 
+/// A CSG solid prepared for tracing.
 #[derive(Clone, Debug)]
 pub struct PreparedCsg {
     pub solid: CsgSolid,
     pub coincident_faces: CoincidentFaces,
-    /// The greatest of its frames.
+    /// The greatest condition of its frames.
     condition: f64,
-    /// Operands that every ray has to ask.
+    /// Operands that every ray tests, ascending.
     always: Vec<u32>,
-    /// Over the others, if they are many: those that its entries are, with their
-    /// boxes.
+    /// The tree over the other operands, if they are many, and in its order their numbers
+    /// and boxes.
     tree: Option<(Bvh4, Vec<(u32, Aabb32)>)>,
-    /// Of the operands that are meshes, by id.
-    facets: Vec<(MeshId, Arc<MeshCrossings>)>,
-    /// Of all of it, with room for roundings; `None` of what has none.
+    /// The operands that are meshes, by id.
+    meshes: Vec<(MeshId, Arc<MeshCrossings>)>,
+    /// The solid's box, with room for roundings (docs/numerics/csg.md, K12); `None` if the
+    /// solid has no bounds.
     pub bounds: Option<Aabb>,
-    /// The largest coordinate of its box, infinite of one without, or of a shift on
-    /// the way to an operand.
+    /// The largest coordinate of the box or of a shift on the way to an operand; infinite
+    /// without a box.
     size: f64,
-    /// The most that a coordinate's rounding by the frames counts, over the least
-    /// extent of the operand: see [`crate::trace`].
+    /// χ of docs/numerics/csg.md, K3: how many times a rounding of a coordinate counts in an
+    /// operand's space, over the operand's least extent; the greatest of all operands. 0
+    /// with a single frame.
     pub roughness: f64,
     /// By frame.
-    placements: Vec<Placement>,
-    /// See [`PreparedCsg::unit_normals`]: all of them, and where each operand's end.
+    placements: Vec<PlacementBounds>,
+    /// The normals of [`PreparedCsg::unit_normals`], and by operand where its own end.
     normals: (Vec<DVec3>, Vec<usize>),
-    /// See [`PreparedCsg::farthest_event`]: per unit of reach, and besides.
+    /// The coefficients of [`PreparedCsg::farthest_event`].
     event: [f64; 2],
 }
 
-/// How far boundaries of operands in a frame may be off, per unit of the largest
-/// coordinate of where a ray begins, and besides.
+/// Bounds on how far boundaries of operands in one frame may lie off. A pair [a, b] stands
+/// for a·s + b, where s is the largest coordinate of the ray's start.
 #[derive(Clone, Copy, Debug)]
-struct Placement {
-    /// A plane's, over the rate at which the ray leaves it: see
+struct PlacementBounds {
+    /// The bound of a plane, times the rate at which the ray leaves it: see
     /// [`PreparedCsg::placement_per_reach`].
     plane: [f64; 2],
-    /// Of any surface: see [`PreparedCsg::astray`].
+    /// The bound of any surface: see [`PreparedCsg::astray`].
     surface: [f64; 2],
-    /// Its share of [`PreparedCsg::farthest_event`].
+    /// The frame's share of [`PreparedCsg::farthest_event`].
     event: [f64; 2],
 }
 
-/// Roundings that a frame's numbers carry: of its matrix' product, of the ray
-/// through it, of the surface's own.
+/// The roundings that coordinates carry in a frame, 16 of 2⁻⁵²: those of the composed
+/// matrix, of the object ray and of the surface's own numbers (docs/SPEC.md, S49).
 pub const PLACEMENT: f64 = 16.0 * f64::EPSILON;
 
-/// A surface that the ray nearly runs along, is met anywhere; but not so far away: no
-/// slower than at this part of the ray's speed.
+/// The least rate that counts, as a part of the ray's speed (docs/SPEC.md, S48). It limits
+/// how far apart two boundaries of one event may be where the ray nearly runs along a
+/// surface.
 pub const SLOWEST: f64 = 1.0 / (1_u64 << 26) as f64;
 
-impl Placement {
-    /// `size`: the solid's.
-    fn of(frame: &Frame, size: f64) -> Placement {
+impl PlacementBounds {
+    /// Bounds the operands in `frame` of a solid whose largest coordinate is `size`
+    /// (docs/numerics/csg.md, K4, K5 and K7).
+    fn bound(frame: &Frame, size: f64) -> PlacementBounds {
         let (to, from) = (&frame.operand_from_solid, &frame.solid_from_operand);
         let (to_norm, from_norm) = (to.norm(), from.norm());
         let moved = DVec3::from_array(to.translation).abs().max_element();
+        // K4: twice the 32 roundings of the placement.
         let unit = 2.0 * 32.0 * UNIT * to_norm;
         let share = unit * from_norm * to_norm;
         let rest = unit * (from_norm * moved + frame.reach);
+        // K5: half the placement, and 0.01 for the roundings here.
         let roundings = to.stretch() * (0.51 * PLACEMENT);
         let fixed = from_norm * (to_norm * size + moved) + frame.reach;
-        // Of two boundaries, and twice, for the roundings of all this.
+        // K7: the placements of two boundaries, and twice for the roundings here.
         let slowest = 4.0 * PLACEMENT / SLOWEST;
-        Placement {
+        PlacementBounds {
             plane: [share, share * size + rest],
             surface: [roundings * from_norm * to_norm, roundings * fixed],
             event: [slowest * from_norm * to_norm, slowest * fixed],
@@ -101,38 +109,38 @@ impl Placement {
 }
 
 impl PreparedCsg {
-    /// `shape`: the CSG solid's own.
-    pub fn of(
+    /// Prepares the CSG solid `id`, which is the shape `shape`.
+    pub fn prepare(
         tables: &Tables,
         shape: ShapeId,
         id: CsgId,
         trees: &mut MeshCrossingTrees,
     ) -> PreparedCsg {
-        PreparedCsg::of_solid(tables, shape, CsgSolid::of(tables, id), trees)
+        PreparedCsg::prepare_solid(tables, shape, CsgSolid::of(tables, id), trees)
     }
 
-    /// By row, those that appear: what is an operand only, need not be unfolded.
-    pub(super) fn all(scene: &Tables, instances: &Instances) -> Vec<Option<PreparedCsg>> {
+    /// Prepares the CSG solids that instances place, by row. Solids that are only operands
+    /// need no preparation of their own.
+    pub(super) fn placed(scene: &Tables, instances: &Instances) -> Vec<Option<PreparedCsg>> {
         let appears = instances.of_shapes(scene);
         let mut solids = vec![None; scene.csg.len()];
         let mut trees = MeshCrossingTrees::default();
         for (row, (shape, times)) in (0..).zip(scene.shapes.rows.iter().zip(appears)) {
             if let (Shape::Csg(id), 1..) = (shape, times) {
-                let solid = PreparedCsg::of(scene, ShapeId(row), *id, &mut trees);
+                let solid = PreparedCsg::prepare(scene, ShapeId(row), *id, &mut trees);
                 solids[id.index()] = Some(solid);
             }
         }
         solids
     }
 
-    /// As if it were all of a union: a shape that has an inside, and is no
-    /// CSG solid.
-    pub fn of_one(tables: &Tables, shape: ShapeId) -> PreparedCsg {
+    /// Prepares a solid of one operand: a shape that has an inside and is no CSG solid.
+    pub fn prepare_single(tables: &Tables, shape: ShapeId) -> PreparedCsg {
         let solid = CsgSolid::of_one(tables, shape);
-        PreparedCsg::of_solid(tables, shape, solid, &mut MeshCrossingTrees::default())
+        PreparedCsg::prepare_solid(tables, shape, solid, &mut MeshCrossingTrees::default())
     }
 
-    fn of_solid(
+    fn prepare_solid(
         tables: &Tables,
         shape: ShapeId,
         solid: CsgSolid,
@@ -141,8 +149,8 @@ impl PreparedCsg {
         let mut meshes: Vec<MeshId> = solid.operands.iter().filter_map(mesh_of).collect();
         meshes.sort_unstable();
         meshes.dedup();
-        let facets = meshes.into_iter();
-        let facets = facets.map(|id| (id, MeshCrossings::shared(trees, tables, id)));
+        let meshes = meshes.into_iter();
+        let meshes = meshes.map(|id| (id, MeshCrossings::shared(trees, tables, id)));
         let own = shape_bounds(tables, shape).map(|b| b.grown(DVec3::splat(room(&b))));
         let (mut always, mut boxes, mut bounded) = (Vec::new(), Vec::new(), Vec::new());
         for (number, operand) in (0_u32..).zip(&solid.operands) {
@@ -151,8 +159,8 @@ impl PreparedCsg {
                 (Some(b), own) => {
                     let part =
                         own.map_or(b, |own| Aabb::new(b.min.max(own.min), b.max.min(own.max)));
-                    // In a space of its own, what lies apart may be one event with what
-                    // does not: as far as rays' roundings go, that boxes pad.
+                    // An operand in a frame of its own may be one event with the solid although
+                    // its box lies outside, as far as rays are rounded; boxes are padded by that.
                     let part = match part.is_empty() {
                         true if solid.frames.len() > 1 => b,
                         _ => part,
@@ -165,22 +173,20 @@ impl PreparedCsg {
             }
         }
         let mut tree = None;
-        // A tree's boxes have room for the roundings of rays, but not if these count
-        // many times in the operands' spaces.
         let conditions = solid.frames.iter().map(|frame| frame.condition);
         let condition = conditions.fold(1.0, f64::max);
-        if bounded.len() > FEW && condition <= WILD {
+        if bounded.len() > FEW && condition <= MAX_CONDITION {
             let (built, order) = build(&boxes, &Bvh4Quality::default());
-            let entry = |i: &u32| (bounded[*i as usize], boxes[*i as usize]);
-            tree = Some((built, order.iter().map(entry).collect()));
+            let row = |i: &u32| (bounded[*i as usize], boxes[*i as usize]);
+            tree = Some((built, order.iter().map(row).collect()));
         } else {
             always.extend(bounded);
             always.sort_unstable();
         }
         let frames = solid.frames.iter().map(|frame| frame.reach);
         let size = frames.fold(own.map_or(f64::INFINITY, |b| b.max_abs()), f64::max);
-        let placement = |frame| Placement::of(frame, size);
-        let placements: Vec<Placement> = solid.frames.iter().map(placement).collect();
+        let placement = |frame| PlacementBounds::bound(frame, size);
+        let placements: Vec<PlacementBounds> = solid.frames.iter().map(placement).collect();
         let event = match &placements[..] {
             [_] => [0.0; 2],
             all => [0, 1].map(|i| all.iter().fold(0.0, |most, p| f64::max(most, p.event[i]))),
@@ -197,8 +203,8 @@ impl PreparedCsg {
             placements,
             event,
             roughness,
-            coincident_faces: CoincidentFaces::of(tables, &solid),
-            facets: facets.collect(),
+            coincident_faces: CoincidentFaces::find(tables, &solid),
+            meshes: meshes.collect(),
             solid,
             condition,
             always,
@@ -206,25 +212,25 @@ impl PreparedCsg {
         }
     }
 
-    /// By how much lanes widen the bounds of boundaries, so that those of operands in
-    /// different frames which are one by definition overlap; 0 with a single frame. A
-    /// boundary's bound is at least 2.5 roundings of the operand's least extent over
-    /// the rate at which the ray leaves its surface (but for planes: beside a corner,
-    /// or near the start, they may be known better); its placement is 32 roundings of
-    /// f64, of coordinates that count `roughness` times in that extent. Twice that,
-    /// for the roundings of these numbers.
+    /// Returns the factor, less 1, by which lanes widen the bounds of boundaries, so that
+    /// boundaries of different frames overlap if they are one event (docs/numerics/csg.md,
+    /// K3); 0 with a single frame. A boundary's bound is at least 2.5 roundings of the
+    /// operand's least extent, over the rate at which the ray leaves its surface. Its
+    /// placement is 32 roundings 2⁻⁵² of coordinates that count `roughness` times in that
+    /// extent, taken twice. Planes may be known better beside a corner or near the start;
+    /// [`PreparedCsg::placement_per_reach`] is for them.
     ///
-    /// `reach`: the largest coordinate of where the ray begins, in the solid's space;
-    /// `unit`: the lanes' unit roundoff.
+    /// `reach` is the largest coordinate of the ray's start in the solid's space, and `unit`
+    /// is the lanes' unit roundoff.
     pub fn widening(&self, reach: f64, unit: f64) -> f64 {
         let [share, more] = self.widening_per_reach(unit);
         reach * share + more
     }
 
-    /// How far apart, in t, boundaries of different frames may be that are one by
-    /// definition, for rays in the solid's space: two placements over the least rate. A
-    /// boundary that is no farther before a ray's start, or beyond its limit, may be one
-    /// event with what lies between. Nothing with a single frame.
+    /// Returns how far apart, in t, boundaries of different frames may be and still be one
+    /// event: two placements over the least rate (docs/numerics/csg.md, K7). A boundary that
+    /// far before a ray's start, or beyond its limit, may be one event with a boundary
+    /// between these. Rays are in the solid's space; 0 with a single frame.
     #[inline]
     pub fn farthest_event<L: Lanes>(&self, org: &Vec3<L>, dir: &Vec3<L>) -> L {
         let [share, fixed] = self.event;
@@ -234,16 +240,16 @@ impl PreparedCsg {
         (org.max_abs() * L::from_f64(share) + L::from_f64(fixed)) / dir.max_abs()
     }
 
-    /// By how much a plane's boundary is widened instead, over the rate at which the
-    /// ray leaves it in the operand's space: per unit of reach, and besides. Twice
-    /// the 32 roundings of its placement, as of [`PreparedCsg::widening`].
+    /// Returns [a, b], by which the boundary of a plane is widened: (a·reach + b) over the
+    /// rate at which the ray leaves the plane in the operand's space (docs/numerics/csg.md,
+    /// K4). `reach` is that of [`PreparedCsg::widening`].
     #[inline]
     pub fn placement_per_reach(&self, frame: u32) -> [f64; 2] {
         self.placements[frame as usize].plane
     }
 
-    /// Of an operand that planes bound, their normals at length 1, in its own space;
-    /// of solids whose roughness is not 0.
+    /// Returns the unit normals of an operand that planes bound, in its own space. The
+    /// solid's roughness must not be 0.
     #[inline]
     pub fn unit_normals(&self, operand: u32) -> &[DVec3] {
         let (normals, ends) = &self.normals;
@@ -251,49 +257,51 @@ impl PreparedCsg {
         &normals[before..ends[operand as usize]]
     }
 
-    /// What [`PreparedCsg::widening`] is per unit of reach, and besides.
+    /// Returns [a, b], with which [`PreparedCsg::widening`] is a·reach + b.
     pub fn widening_per_reach(&self, unit: f64) -> [f64; 2] {
         if self.roughness == 0.0 {
             return [0.0; 2];
         }
+        // K3: twice the 32 roundings of the placement, over the 2.5 of the bound.
         let share = self.roughness * (2.0 * 32.0 / 2.5 * UNIT / unit);
         [share, share * self.size]
     }
 
-    /// The box that an operand matters in, in the solid's space, and how many times a
-    /// rounding of a ray counts there; `None` where it has none.
+    /// Returns the box in the solid's space outside of which an operand does not matter, and
+    /// how many times a rounding of a ray counts there; `None` if there is no such box.
     #[inline]
     pub fn box_around(&self, operand: &CsgOperand) -> Option<(Aabb, f64)> {
         let frame = &self.solid.frames[operand.frame as usize];
         let own = operand.bounds.map(|b| (b, frame.condition));
-        // What an operand without end does beyond all of the solid, does not matter; but
-        // that lies where the others are.
+        // An unbounded operand matters only inside the solid's box, where other operands'
+        // frames count.
         own.or(self.bounds.map(|b| (b, self.condition)))
     }
 
-    /// Of a mesh that is an operand.
+    /// Returns the triangle tree of a mesh that is an operand.
     #[inline]
-    pub fn facets(&self, id: MeshId) -> &MeshCrossings {
-        let row = self.facets.binary_search_by_key(&id, |row| row.0);
-        &self.facets[row.expect("it is an operand")].1
+    pub fn mesh_crossings(&self, id: MeshId) -> &MeshCrossings {
+        let row = self.meshes.binary_search_by_key(&id, |row| row.0);
+        &self.meshes[row.expect("the mesh is an operand")].1
     }
 
-    /// Of the trees of meshes that are operands, each counted once.
-    pub(super) fn facet_bytes<'c>(all: impl Iterator<Item = &'c PreparedCsg>) -> usize {
-        let trees: MeshCrossingTrees = all.flat_map(|one| one.facets.iter().cloned()).collect();
-        trees.values().map(|facets| facets.bytes()).sum()
+    /// Returns the bytes of the triangle trees of all operands, each counted once.
+    pub(super) fn mesh_bytes<'c>(all: impl Iterator<Item = &'c PreparedCsg>) -> usize {
+        let trees: MeshCrossingTrees = all.flat_map(|one| one.meshes.iter().cloned()).collect();
+        trees.values().map(|mesh| mesh.bytes()).sum()
     }
 
-    /// How far off, in an operand's space, its surface may be beside those of other
-    /// frames, for rays from `start`: half of what the definition of placement says, for
-    /// the bound of a root grows by four times that.
+    /// Returns how far off, in the operand's space, a surface in a frame may lie beside
+    /// surfaces of other frames: half its placement, because the bound of a root grows by
+    /// four times this (docs/numerics/csg.md, K5). `start` is the largest coordinate of the
+    /// ray's start.
     #[inline]
     pub fn astray<L: Lanes>(&self, frame: u32, start: L) -> L {
         let [share, fixed] = self.placements[frame as usize].surface;
         start * L::from_f64(share) + L::from_f64(fixed)
     }
 
-    /// Without the trees of meshes, which CSG solids share.
+    /// Returns the bytes without the triangle trees, which CSG solids share.
     pub fn bytes(&self) -> usize {
         let tree = self.tree.iter();
         self.solid.bytes()
@@ -301,12 +309,13 @@ impl PreparedCsg {
             + self.always.len() * 4
             + size_of_val(&self.placements[..])
             + tree
-                .map(|(t, entries)| t.bytes() + size_of_val(&entries[..]))
+                .map(|(t, operands)| t.bytes() + size_of_val(&operands[..]))
                 .sum::<usize>()
     }
 
-    /// The numbers of all operands that some ray may be in between `t_min` and its
-    /// limit (of lanes that are done: −∞), in order. Rays in the solid's space.
+    /// Finds the numbers of all operands that some ray may be in between `t_min` and its
+    /// limit, ascending. Rays are in the solid's space; the limit of a lane that is done is
+    /// −∞.
     #[inline]
     pub fn operands_along<L: Lanes>(
         &self,
@@ -317,12 +326,12 @@ impl PreparedCsg {
     ) {
         found.clear();
         found.extend_from_slice(&self.always);
-        let Some((tree, entries)) = &self.tree else {
+        let Some((tree, operands)) = &self.tree else {
             return;
         };
         let slabs = Slabs::new(org, dir, &tree.bounds());
         tree.leaves_along(&slabs, (t_min, limit), |first, count| {
-            for (number, own) in &entries[first..first + count] {
+            for (number, own) in &operands[first..first + count] {
                 let (enter, exit) = slabs.interval(own.min, own.max);
                 if count == 1 || enter.max(t_min).le(exit.min(limit)).any() {
                     found.push(*number);
@@ -332,11 +341,13 @@ impl PreparedCsg {
         found.sort_unstable();
     }
 
-    /// The same with, below each number's 32 bits, the place of its box for
-    /// [`PreparedCsg::part_of`]: where no bound says what a lane may be certain of, no other
-    /// may change what it finds, nor where it ends what it finds before.
-    /// A walk of its own: one for both, with a closure for what is found, took pictures
-    /// in `guarded`, which has no use for the boxes, 3 to 6 % longer.
+    /// Finds the operands as [`PreparedCsg::operands_along`] does, and packs each number above
+    /// the 32-bit row of its box, for [`PreparedCsg::part_of`]. `fast` needs the boxes: it
+    /// has no error bounds, so a lane's answer must not depend on the operands that other
+    /// lanes ask for, nor on its limit (docs/numerics/csg.md, K16).
+    ///
+    /// This is a walk of its own, because one walk with a closure made pictures in
+    /// `guarded`, which needs no boxes, take 3 to 6 % longer.
     #[inline(never)]
     pub fn operands_in_boxes<L: Lanes>(
         &self,
@@ -345,24 +356,24 @@ impl PreparedCsg {
         limit: L,
         found: &mut Vec<u64>,
     ) {
-        let entry = |number: u32, place: u32| u64::from(number) << 32 | u64::from(place);
+        let pack = |number: u32, row: u32| u64::from(number) << 32 | u64::from(row);
         found.clear();
-        found.extend(self.always.iter().map(|number| entry(*number, NO_BOX)));
-        let Some((tree, entries)) = &self.tree else {
+        found.extend(self.always.iter().map(|number| pack(*number, NO_BOX)));
+        let Some((tree, operands)) = &self.tree else {
             return;
         };
         tree.leaves_along(slabs, (t_min, limit), |first, count| {
-            for (place, (number, own)) in (first..).zip(&entries[first..first + count]) {
+            for (row, (number, own)) in (first..).zip(&operands[first..first + count]) {
                 let (enter, exit) = slabs.interval(own.min, own.max);
                 if enter.max(t_min).le(exit.min(limit)).any() {
-                    found.push(entry(*number, place as u32));
+                    found.push(pack(*number, row as u32));
                 }
             }
         });
         found.sort_unstable();
     }
 
-    /// Rays in the solid's space before the boxes of the tree.
+    /// Makes the slab constants of rays in the solid's space for the boxes of the tree.
     #[inline(always)]
     pub fn slabs<L: Lanes>(&self, org: Vec3<L>, dir: Vec3<L>) -> Slabs<L> {
         match &self.tree {
@@ -371,13 +382,14 @@ impl PreparedCsg {
         }
     }
 
-    /// Of what [`PreparedCsg::operands_in_boxes`] found, the lanes that reach its box beyond
-    /// `t_min`, and from where on they are in it: −∞ of what has none.
+    /// Returns the lanes that reach the box of an operand that
+    /// [`PreparedCsg::operands_in_boxes`] found, beyond `t_min`, and the t at which they enter
+    /// it; all lanes and −∞ if the operand has no box.
     #[inline(always)]
-    pub fn part_of<L: Lanes>(&self, entry: u64, slabs: &Slabs<L>, t_min: L) -> (L::Mask, L) {
+    pub fn part_of<L: Lanes>(&self, found: u64, slabs: &Slabs<L>, t_min: L) -> (L::Mask, L) {
         match &self.tree {
-            Some((_, entries)) if entry as u32 != NO_BOX => {
-                let own = &entries[entry as u32 as usize].1;
+            Some((_, operands)) if found as u32 != NO_BOX => {
+                let own = &operands[found as u32 as usize].1;
                 let (enter, exit) = slabs.interval(own.min, own.max);
                 (enter.max(t_min).le(exit), enter)
             }
@@ -393,11 +405,13 @@ fn mesh_of(operand: &CsgOperand) -> Option<MeshId> {
     }
 }
 
-/// For the rounding of f64 coordinates.
+/// Returns the room for roundings of f64 coordinates, 64 of 2⁻⁵² (docs/numerics/csg.md,
+/// K12).
 fn room(bounds: &Aabb) -> f64 {
     bounds.max_abs() * (64.0 * f64::EPSILON)
 }
 
+/// Returns the unit normals of all operands, and by operand where its own end.
 fn unit_normals(tables: &Tables, solid: &CsgSolid) -> (Vec<DVec3>, Vec<usize>) {
     let mut normals = Vec::new();
     let ends = solid.operands.iter().map(|operand| {
@@ -409,13 +423,14 @@ fn unit_normals(tables: &Tables, solid: &CsgSolid) -> (Vec<DVec3>, Vec<usize>) {
     (normals, ends)
 }
 
+/// Returns the roughness χ of a solid (docs/numerics/csg.md, K3).
 fn roughness(tables: &Tables, solid: &CsgSolid) -> f64 {
     if solid.frames.len() == 1 {
         return 0.0;
     }
     let of = |operand: &CsgOperand| {
         let frame = &solid.frames[operand.frame as usize];
-        // Of quadrics and polynomials it is known apart.
+        // Quadrics and polynomials have no thickness; their surfaces are bounded by K5.
         let thin = tables.thickness(operand.id)?;
         let scale = frame.operand_from_solid.norm();
         Some(frame.solid_from_operand.norm() * scale * scale / thin)

@@ -1,16 +1,14 @@
-//! A bundle of rays as one volume, and how it walks a wide tree.
+//! The volume of a beam, and its traversal of a wide BVH.
 //!
-//! Rays that advance along one axis k with the same sign are written as lines
-//! x = a + u·z, y = b + v·z over the depth z along k. The bundle is the
-//! rectangle of its slopes, [u₀, u₁] × [v₀, v₁], over the box of its origins:
-//! all children of a node are tested against it at once (Wald, Ize, Kensler,
-//! Knoll, Parker 2006; Reshetov, Soupikov, Hurley 2005).
+//! Rays that advance along one axis k with the same sign are lines x = a + u·z, y = b + v·z
+//! over the depth z along k. The volume is the rectangle of their slopes, [u₀, u₁] × [v₀,
+//! v₁], over the box of their origins. All children of a node are tested against it at once
+//! (Wald, Ize, Kensler, Knoll, Parker 2006; Reshetov, Soupikov, Hurley 2005).
 //!
-//! Conservative: the origins' box grows by the pad of [`super::Slabs`] at the
-//! precision of f32, its least normal number included, the slopes are rounded
-//! outward, and what is left of rounding is relative to the very distances that the
-//! pad is relative to. So no box is passed over that any ray of the bundle meets at
-//! any precision.
+//! The test is conservative (docs/numerics/beams.md, B16). The origins' box grows by the pad
+//! of [`super::Slabs`] at the precision of f32, the least normal number included; slopes are
+//! rounded outward; and the remaining roundings are relative to the distances that the pad
+//! is relative to. So no box is left out that a ray of the beam meets at any precision.
 
 use super::baselines::bvh4::Child;
 use super::builders::MAX_DEPTH;
@@ -22,25 +20,25 @@ use crate::math::lanes::{Lanes, Mask, Register, max, min};
 
 const STACK: usize = MAX_DEPTH * (WIDE - 1) + 1;
 
-/// In the space of the tree that is walked.
+/// The volume of a beam, in the space of the tree that is walked.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Frustum {
-    /// (a, b, k): k is the axis that the rays advance along.
+    /// The axes (a, b, k); the rays advance along k.
     pub axes: [usize; 3],
-    /// The direction's sign along k: depths are coordinates times this.
+    /// The sign of the directions along k. A depth is the coordinate times this.
     pub sign: f32,
-    /// The origins' box along (a, b, k), k times the sign, padded.
+    /// The padded box of the origins along (a, b, k); k is times the sign.
     low: [f32; 3],
     high: [f32; 3],
-    /// No ray has begun before this depth, counted from the origins.
+    /// The least depth, counted from the origins, at which a ray begins.
     floor: f32,
-    /// Least and greatest slope along a and along b.
+    /// The least and the greatest slope along a and along b.
     slopes: [[f32; 2]; 2],
 }
 
 impl Frustum {
-    /// `low`, `high`: the origins, along (a, b, k); `slopes`: of the rays as
-    /// they are, their rounding is accounted for here; `bounds`: of the tree.
+    /// Makes the volume from the box `low`, `high` of the origins along (a, b, k), the slopes
+    /// of the rays, and the tree's `bounds`. Slopes need not be rounded outward.
     #[inline(always)]
     pub fn new(
         axes: [usize; 3],
@@ -61,6 +59,7 @@ impl Frustum {
         });
         let most = reach[0].max(reach[1]).max(reach[2]);
         let least = most * SKEW as f32 + f32::MIN_POSITIVE;
+        // B16: twice the pad of X1.
         let pad = reach.map(|r| r * (32.0 * f32::EPSILON) + least);
         let padded: ([f32; 3], [f32; 3]) = (
             std::array::from_fn(|i| low[i] - pad[i]),
@@ -79,8 +78,8 @@ impl Frustum {
 }
 
 impl Frustum {
-    /// A box relative to the origins, grown by the pad: along a, along b, and
-    /// depths.
+    /// Returns a box relative to the origins, grown by the pad: its intervals along a, along
+    /// b, and of depths.
     #[inline(always)]
     pub fn relative(&self, min: [f32; 3], max: [f32; 3]) -> ([f32; 2], [f32; 2], [f32; 2]) {
         let [a, b, k] = self.axes;
@@ -98,7 +97,7 @@ impl Frustum {
 }
 
 impl Frustum {
-    /// The bundle's extent along a (0) or b (1) at a depth.
+    /// Returns the width of the volume along a (`i` = 0) or b (`i` = 1) at a depth.
     #[inline(always)]
     pub fn width(&self, i: usize, depth: f32) -> f32 {
         let [least, most] = self.slopes[i];
@@ -106,11 +105,11 @@ impl Frustum {
     }
 }
 
-/// Room for one walk.
+/// The stack of one traversal.
 pub struct WideStack {
     pub(super) child: [Child; STACK],
     pub(super) key: [f32; STACK],
-    /// The node and place that the child was found at.
+    /// The parent and the slot of the child.
     from: [(u32, u32); STACK],
 }
 
@@ -125,7 +124,7 @@ impl Default for WideStack {
 }
 
 impl WideNode {
-    /// One child's box as (min, max).
+    /// Returns the box of a child as (min, max).
     #[inline(always)]
     pub fn child_box(&self, place: usize) -> ([f32; 3], [f32; 3]) {
         let side = |s: usize| std::array::from_fn(|k| self.bounds[k][s][place]);
@@ -134,10 +133,10 @@ impl WideNode {
 }
 
 impl WideBvh {
-    /// Visits every leaf that some ray of the bundle may meet before `limit`,
-    /// the largest depth that still matters, roughly nearest first.
-    /// `leaf(node, place, first, count, limit)` returns the new limit; the walk
-    /// ends where it is negative. `expect(first)` is told of leaves to come.
+    /// Visits every leaf that some ray of the beam may meet before `limit`, the largest depth
+    /// that still matters, roughly nearest first. `leaf(node, slot, (first, count), limit)`
+    /// returns the new limit; a negative one ends the walk. `expect(first)` is called when a
+    /// leaf is put on the stack, so that its blocks can be prefetched.
     #[inline(always)]
     pub fn walk_frustum(
         &self,
@@ -154,8 +153,8 @@ impl WideBvh {
         let (nu0, pu1, nv0, pv1) = (splat(-u0), splat(u1), splat(-v0), splat(v1));
         let (floor, sign) = (splat(frustum.floor), splat(frustum.sign));
         let near_side = usize::from(frustum.sign < 0.0);
-        // Where all slopes along an axis agree in sign, the box's near side on
-        // that axis bounds the depth too.
+        // If all slopes along an axis agree in sign, the box's near side on that axis bounds
+        // the depth as well.
         let toward = |[least, most]: [f32; 2]| {
             if least > 0.0 {
                 (splat(1.0 / most), 0)
@@ -167,6 +166,7 @@ impl WideBvh {
         };
         let (inv_u, side_u) = toward(frustum.slopes[0]);
         let (inv_v, side_v) = toward(frustum.slopes[1]);
+        // B16.
         let slack = 1.0 + 8.0 * f32::EPSILON;
         let zero = Register::zero();
 

@@ -1,42 +1,43 @@
-//! A mesh as an operand of CSG solids: which of its triangles a line may meet.
+//! Trees over the triangles of meshes that are operands of CSG solids.
 //!
-//! Rays come one by one, in f64, and want all triangles and not the nearest; so
-//! the tree has small leaves, and boxes of its own beside that of the same mesh
-//! where it is seen as a surface.
+//! Rays come one at a time, in f64, and need all triangles on the line instead of the
+//! nearest. So the tree has small leaves and is separate from the BLAS by which the same
+//! mesh is traced as a surface.
 
 use super::Index;
 use super::baselines::bvh4::Bvh4;
 use super::baselines::bvh4_build::{Bvh4Quality, build};
+use super::bounds::corner_bounds;
 use super::slabs::Slabs;
-use super::world::corner_bounds;
 use crate::geom::exact::Line;
 use crate::math::{Aabb32, Vec3};
 use crate::scene::{MeshId, Tables};
 use std::collections::HashMap;
 use std::sync::Arc;
 
+/// The triangle tree of one mesh.
 #[derive(Clone, Debug)]
 pub struct MeshCrossings {
     tree: Bvh4,
-    /// Triangles, in the tree's order.
+    /// The triangles in the order of the tree's leaves.
     order: Vec<u32>,
 }
 
-/// What several CSG solids share: a tree for each mesh.
+/// The triangle tree of each mesh, which several CSG solids share.
 pub type MeshCrossingTrees = HashMap<MeshId, Arc<MeshCrossings>>;
 
 impl MeshCrossings {
-    /// Those of a mesh, built once.
+    /// Returns the tree of a mesh, built once.
     pub fn shared(
         trees: &mut MeshCrossingTrees,
         tables: &Tables,
         id: MeshId,
     ) -> Arc<MeshCrossings> {
-        let of = || Arc::new(MeshCrossings::of(tables, id));
-        trees.entry(id).or_insert_with(of).clone()
+        let build = || Arc::new(MeshCrossings::build(tables, id));
+        trees.entry(id).or_insert_with(build).clone()
     }
 
-    fn of(tables: &Tables, id: MeshId) -> MeshCrossings {
+    fn build(tables: &Tables, id: MeshId) -> MeshCrossings {
         let mesh = tables.meshes.row(id);
         let corners = (0..mesh.triangles.len()).map(|i| mesh.corners(i));
         let boxes: Vec<Aabb32> = corners.map(|c| corner_bounds(&c)).collect();
@@ -52,8 +53,8 @@ impl MeshCrossings {
         self.tree.bytes() + self.order.len() * size_of::<u32>()
     }
 
-    /// Calls `visit` with every triangle that a line about the mesh's centre may meet
-    /// beyond `t_min`, and with others, in no order.
+    /// Calls `visit` with every triangle that a line may cross beyond `t_min`, and with
+    /// others, in no order. The line is about the mesh's centre.
     #[inline]
     pub fn along(&self, line: &Line, t_min: f64, mut visit: impl FnMut(u32)) {
         let [org, dir] = [line.org, line.dir].map(Vec3::<f64>::splat);

@@ -1,8 +1,7 @@
-//! Asking for memory before it is needed.
+//! Prefetching of memory.
 
-/// Brings a value's cache lines closer; does nothing where the target has no
-/// such instruction. Worth a fifth of the time of coherent rays on a million
-/// triangles.
+/// Prefetches the cache lines of a value; does nothing on targets without such an
+/// instruction. It saves a fifth of the time of coherent rays on a million triangles.
 #[inline(always)]
 pub fn prefetch<T>(value: &T) {
     #[cfg(target_arch = "x86_64")]
@@ -11,8 +10,8 @@ pub fn prefetch<T>(value: &T) {
         let start = std::ptr::from_ref(value).cast::<i8>();
         let mut offset = 0;
         while offset < size_of::<T>() {
-            // SAFETY: the instruction reads nothing as far as the program can
-            // tell and faults at no address; this one is inside `value`.
+            // SAFETY: the instruction has no effect that a program can observe and never
+            // faults; the address is inside `value`.
             unsafe { _mm_prefetch::<_MM_HINT_T0>(start.add(offset)) };
             offset += 64;
         }
@@ -22,14 +21,4 @@ pub fn prefetch<T>(value: &T) {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::prefetch;
-
-    #[test]
-    fn changes_nothing() {
-        let values = [7_u8; 1000];
-        prefetch(&values);
-        prefetch(&());
-        assert!(values.iter().all(|x| *x == 7));
-    }
-}
+mod tests;

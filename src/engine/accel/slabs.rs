@@ -1,42 +1,42 @@
-//! The slab test: where rays are inside a box (Kay and Kajiya 1986).
+//! The slab test: the interval of t in which a ray is inside a box (Kay and Kajiya 1986).
 //!
-//! Conservative with a pad. A primitive test in floating point accepts rays
-//! that pass its primitive by a few roundings of the coordinates involved, and
-//! rounding the ray itself moves it as much. So each box is grown by
-//! δ = 32·u·(the largest distance from the origin, or from the ray's, that this
-//! tree has on the axis) + [`SKEW`]·(that of any axis), folded into the ray's
-//! constants, at no cost per box.
+//! The test is conservative (docs/numerics/boxes.md, X1). A primitive's kernel in floating
+//! point accepts rays that pass the primitive by a few roundings of the coordinates, and
+//! rounding the ray moves it as far. So each box grows by δ = 32·u·reach + [`SKEW`]·(the
+//! largest reach of any axis), where the reach of an axis is the largest distance that the
+//! tree has from the coordinates' origin or from the ray's. δ is folded into the ray's
+//! constants and costs nothing per box.
 //!
-//! Where the arithmetic leaves its numbers' range, a ray's slab of that axis is
-//! open and culls nothing: a direction so short that nothing is as small beside
-//! it, planes at t's too large, or ones so close in t that the least denormal number counts
-//! beside the pad. Below the least normal number δ is that.
+//! Where the arithmetic leaves the format, the ray's slab of that axis is open and culls
+//! nothing (X3). That is so if the direction is so short that 2⁻⁶⁰ of it is not normal, if a
+//! plane's t would overflow, or if the pad, as a t, is so small that denormal numbers count
+//! beside it. δ includes the least normal number.
 //!
-//! Monotone: t0 = fl(lo·inv + c₀) grows with lo however it is rounded, fused or
-//! not; min and max are exact. So a box inside another has its interval inside
-//! the other's.
+//! The test is monotone (X4): t0 = fl(lo·inv + c₀) grows with lo however it is rounded,
+//! fused or not, and min and max are exact. So the interval of a box lies inside that of any
+//! box around it.
 
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb32, Vec3};
 
-/// What a pad has of the largest distance on any axis, whatever the precision: for
-/// what rounding a placed object's ray in f64 looks like from the world, where an axis
-/// may get its share of another's (docs/NUMERICS.md, "Boxes of structures"), and for
-/// components that are taken as not quite zero.
+/// The part of the pad that is relative to the largest reach of any axis, at every precision.
+/// It covers the f64 rounding of a placed shape's object ray, which seen from the world may
+/// carry a share of one axis to another (docs/numerics/boxes.md, X7), and direction
+/// components that are replaced because they are nearly zero (X2).
 pub const SKEW: f64 = 1e-11;
 
 /// The constants of one packet of rays for the boxes of one tree.
 #[derive(Clone, Copy, Debug)]
 pub struct Slabs<L: Lanes> {
     inv: Vec3<L>,
-    /// −(org + δ)·inv: for a box's lower planes.
+    /// −(org + δ)·inv, for a box's lower planes.
     low: Vec3<L>,
-    /// −(org − δ)·inv: for its upper planes.
+    /// −(org − δ)·inv, for a box's upper planes.
     high: Vec3<L>,
 }
 
 impl<L: Lanes> Slabs<L> {
-    /// Of rays that reach every box, wherever they are.
+    /// Makes constants with which every box contains the whole ray.
     #[inline(always)]
     pub fn open() -> Slabs<L> {
         let splat = |x: L::Scalar| Vec3::splat([x; 3]);
@@ -48,17 +48,18 @@ impl<L: Lanes> Slabs<L> {
         }
     }
 
-    /// `bounds` must contain every box that will be asked about.
+    /// Makes the constants of a packet. `bounds` must contain every box that will be tested.
     #[inline(always)]
     pub fn new(org: Vec3<L>, dir: Vec3<L>, bounds: &Aabb32) -> Slabs<L> {
-        // A direction component of (nearly) zero counts as 2^-60 of the largest
-        // one: no division by zero and no 0·∞. That bends the ray, inside the
-        // tree by less than 2^-59 of the largest reach of any axis.
+        // X2: a direction component of (nearly) zero counts as 2⁻⁶⁰ of the largest one, so
+        // that nothing is divided by zero and 0·∞ does not occur. Inside the tree this bends
+        // the ray by less than 2⁻⁵⁹ of the largest reach of any axis.
         let tiny = dir.max_abs() * L::from_f64(8.673_617_379_884_035e-19);
         let least = L::splat(L::Scalar::MIN_POSITIVE);
-        // Longer ones are infinite here.
+        // A longer direction is infinite in this format.
         let finite = dir.max_abs().le(L::splat(L::Scalar::MAX));
-        let wild = tiny.lt(least) | !finite;
+        let out_of_range = tiny.lt(least) | !finite;
+        // X1.
         let pad = L::splat(L::Scalar::UNIT_ROUNDOFF) * L::from_f32(32.0);
         let reach = |org: L, lo: f32, hi: f32| {
             let (lo, hi) = (L::from_f32(lo), L::from_f32(hi));
@@ -71,9 +72,10 @@ impl<L: Lanes> Slabs<L> {
         ];
         let skew = reaches[0].max(reaches[1]).max(reaches[2]) * L::from_f64(SKEW);
         let largest = L::splat(L::Scalar::MAX);
-        // 128 of the least denormal numbers, that a t may be off by whatever its size.
+        // X3: 128 times the least denormal number; half of one is the error of any t, whatever
+        // its size.
         let finest = least * (L::splat(L::Scalar::UNIT_ROUNDOFF) * L::from_f32(256.0));
-        // Boxes may have been cut off there.
+        // A box may have been cut off at the end of f32.
         let is_cut = |k: usize| bounds.max[k] >= f32::MAX || bounds.min[k] <= -f32::MAX;
         let axis = |org: L, dir: L, reach: L, is_cut: bool| {
             let signed = L::select(dir.lt(L::zero()), -tiny, tiny);
@@ -81,11 +83,11 @@ impl<L: Lanes> Slabs<L> {
             let inv = L::from_f32(1.0) / dir;
             let delta = reach * pad + skew + least;
             let (low, high) = (-((org + delta) * inv), -((org - delta) * inv));
-            // Not less than any product above; a plane is within twice the reach.
+            // X3: at least any product above, because a plane is within twice the reach.
             let farthest = (reach * inv).abs() * L::from_f32(4.0);
             let indistinct = (delta * inv).abs().lt(finest);
-            let open = wild | L::Mask::splat(is_cut) | farthest.gt(largest) | indistinct;
-            // Finite, so that a product with an infinite plane is no NaN.
+            let open = out_of_range | L::Mask::splat(is_cut) | farthest.gt(largest) | indistinct;
+            // All constants are finite, so that the product with an infinite plane is no NaN.
             (
                 L::select(open, least, inv),
                 L::select(open, -largest, low),
@@ -104,14 +106,16 @@ impl<L: Lanes> Slabs<L> {
         }
     }
 
-    /// The interval of t inside the padded box; empty (enter > exit) outside.
+    /// Returns the interval (enter, exit) of t inside the padded box; enter > exit if a ray
+    /// misses it.
     #[inline(always)]
     pub fn interval(&self, min: [f32; 3], max: [f32; 3]) -> (L, L) {
         let splat = |p: [f32; 3]| [L::from_f32(p[0]), L::from_f32(p[1]), L::from_f32(p[2])];
         self.interval_each(splat(min), splat(max))
     }
 
-    /// A box of its own in each lane; the same bits as [`Slabs::interval`].
+    /// Returns the intervals of a different box in each lane, with the bits of
+    /// [`Slabs::interval`].
     #[inline(always)]
     pub fn interval_each(&self, min: [L; 3], max: [L; 3]) -> (L, L) {
         let axis = |lo: L, hi: L, inv: L, low: L, high: L| {
@@ -127,8 +131,8 @@ impl<L: Lanes> Slabs<L> {
 }
 
 impl<L: Lanes> Slabs<L> {
-    /// (1/dir, for lower planes, for upper planes) of each axis: a plane at x is
-    /// at t = x·inv + low as the lower side of a box, x·inv + high as the upper.
+    /// Returns (inv, low, high) of each axis: a plane at x is crossed at t = x·inv + low as the
+    /// lower side of a box, and at x·inv + high as the upper side.
     #[inline(always)]
     pub fn planes(&self) -> [(L, L, L); 3] {
         [
@@ -138,7 +142,7 @@ impl<L: Lanes> Slabs<L> {
         ]
     }
 
-    /// One axis's constants: 1/dir, for lower planes, for upper planes.
+    /// Returns (inv, low, high) of one axis, as [`Slabs::planes`].
     #[inline(always)]
     pub fn axis(&self, k: usize) -> (L, L, L) {
         (self.inv.axis(k), self.low.axis(k), self.high.axis(k))

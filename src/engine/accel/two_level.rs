@@ -1,51 +1,50 @@
-//! What a world is planted with: a structure for each mesh that appears, once
-//! however often it does, and where the world is flat one over its entries.
+//! Builders of the two levels: a BLAS for each mesh that some instance places, and a TLAS
+//! over all instances of a flat world.
 //!
-//! Meshes are built side by side. The entries come out in the order of the structure
-//! over them; where that order is free, kinds lie in runs.
+//! Meshes are built in parallel, each once however often it is placed. Entries are returned
+//! in the order of the TLAS's leaves; where that order is free, kinds lie in runs.
 
+use super::accelerator::{BaselineAccelerator, BaselineBlas, WideAccelerator};
 use super::baselines::AnyIndex;
 use super::baselines::index::Primitives;
+use super::bounds::corner_bounds;
 use super::builders::{BuildQuality, build_boxes, build_mesh};
-use super::levels::{BaselineBlas, BaselineLevels, WideLevels};
+use super::tlas_entry::{TlasEntries, TlasEntry, entries};
 use super::wide_bvh::{WideBlas, WideBvh};
-use super::world::{TlasEntries, TlasEntry, corner_bounds, entries};
 use crate::geom::triangle::{Corners, canonical};
 use crate::math::Aabb32;
 use crate::scene::{Instances, MeshId, Scene, Shape};
 use rayon::prelude::*;
 
-/// A structure over primitives, and where its entries come from.
+/// Builds a structure over primitives, and returns it with the order of its entries.
 pub(super) type Build<'b> = dyn Fn(&Primitives) -> (AnyIndex, Vec<u32>) + Sync + 'b;
 
-/// Structures of one kind for all that appears; the bounded entries in the top
-/// one's order, and the unbounded ones.
+/// Builds comparison structures of one kind, and returns them with the entries; bounded
+/// entries are in the order of the TLAS.
 pub(super) fn build_baseline(
     scene: &Scene,
     instances: &Instances,
     build: &Build,
-) -> (BaselineLevels, TlasEntries) {
-    let meshes = each_mesh(scene, instances, |id| baseline_blas(scene, id, build));
+) -> (BaselineAccelerator, TlasEntries) {
+    let blases = each_mesh(scene, instances, |id| baseline_blas(scene, id, build));
     let all = entries(scene, instances, |mesh| {
-        meshes[mesh].as_ref().map(|m| m.index.bounds())
+        blases[mesh].as_ref().map(|m| m.index.bounds())
     });
     let bounded = &all.bounded;
     let boxes: Vec<Aabb32> = bounded.iter().map(|e| e.bounds).collect();
-    let (mut top, mut order) = build(&Primitives {
+    let (mut tlas, mut order) = build(&Primitives {
         boxes: &boxes,
         corners: None,
     });
-    top.group(&mut order, &|i| by_kind(&bounded[i as usize]));
+    tlas.group(&mut order, &|i| by_kind(&bounded[i as usize]));
     let bounded = order.iter().map(|i| bounded[*i as usize]).collect();
     (
-        BaselineLevels {
-            tlas: top,
-            blases: meshes,
-        },
+        BaselineAccelerator { tlas, blases },
         TlasEntries { bounded, ..all },
     )
 }
 
+/// Builds the wide BVH of each mesh that some instance places.
 pub(super) fn wide_blases(
     quality: BuildQuality,
     scene: &Scene,
@@ -56,45 +55,44 @@ pub(super) fn wide_blases(
     })
 }
 
+/// Builds both levels of wide BVHs, and returns them with the entries; bounded entries are
+/// in the order of the TLAS.
 pub(super) fn build_wide(
     quality: BuildQuality,
     scene: &Scene,
     instances: &Instances,
-) -> (WideLevels, TlasEntries) {
-    let meshes = wide_blases(quality, scene, instances);
+) -> (WideAccelerator, TlasEntries) {
+    let blases = wide_blases(quality, scene, instances);
     let all = entries(scene, instances, |mesh| {
-        meshes[mesh].as_ref().map(|m| m.tree.bounds)
+        blases[mesh].as_ref().map(|m| m.tree.bounds)
     });
-    let (top, bounded) = build_tlas(&all.bounded, quality);
+    let (tlas, bounded) = build_tlas(&all.bounded, quality);
     (
-        WideLevels {
-            tlas: top,
-            blases: meshes,
-        },
+        WideAccelerator { tlas, blases },
         TlasEntries { bounded, ..all },
     )
 }
 
-/// A tree over entries, and these in its order.
+/// Builds the wide TLAS over entries, and returns it with the entries in its order.
 pub(super) fn build_tlas(
     bounded: &[TlasEntry],
     quality: BuildQuality,
 ) -> (WideBvh, Vec<TlasEntry>) {
     let boxes: Vec<Aabb32> = bounded.iter().map(|e| e.bounds).collect();
-    let (top, order) = build_boxes(&boxes, quality);
+    let (tlas, order) = build_boxes(&boxes, quality);
     let mut entries: Vec<TlasEntry> = order.iter().map(|i| bounded[*i as usize]).collect();
-    for leaf in top.leaves() {
+    for leaf in tlas.leaves() {
         entries[leaf].sort_by_key(by_kind);
     }
-    (top, entries)
+    (tlas, entries)
 }
 
-/// Kinds in runs: within a leaf the order is free.
+/// Returns the key by which entries are sorted within a leaf, so that kinds lie in runs.
 fn by_kind(entry: &TlasEntry) -> (u8, u64) {
     (entry.shape.kind(), entry.instance)
 }
 
-/// Builds something for each mesh that appears.
+/// Calls `build` in parallel for each mesh that some instance places.
 fn each_mesh<T: Send>(
     scene: &Scene,
     instances: &Instances,
@@ -112,6 +110,7 @@ fn each_mesh<T: Send>(
         .collect()
 }
 
+/// Builds the comparison structure of one mesh.
 fn baseline_blas(scene: &Scene, id: MeshId, build: &Build) -> BaselineBlas {
     let mesh = scene.meshes.row(id);
     let corners: Vec<Corners> = (0..mesh.triangles.len())

@@ -1,16 +1,15 @@
-//! Wide trees: as many boxes to a node as one register has f32 lanes, and
-//! triangles in blocks of as many, in columns.
+//! The wide BVH. A node has as many boxes, and a block as many triangles, as one register
+//! has f32 lanes.
 //!
-//! One ray meets all children of a node, or all triangles of a block, at once;
-//! a tile of rays meets them as one volume (Wald, Benthin, Boulos 2008; Benthin
-//! et al. 2012). Trees hold f32 boxes that contain what they stand for; the
-//! triangles are the mesh's own numbers.
+//! A ray is tested against all children of a node, or all triangles of a block, at once; a
+//! beam is tested as one volume (Wald, Benthin, Boulos 2008; Benthin et al. 2012). Boxes are
+//! f32 and contain their shapes; triangles have the mesh's own coordinates.
 
 use super::baselines::bvh4::Child;
 use super::block::Blocks;
 use crate::math::Aabb32;
 
-/// Children of a node and triangles of a block: f32 lanes of one register, at
+/// The children of a node and the triangles of a block: the f32 lanes of one register, at
 /// least eight.
 pub const WIDE: usize = if cfg!(target_feature = "avx512f") {
     16
@@ -18,20 +17,19 @@ pub const WIDE: usize = if cfg!(target_feature = "avx512f") {
     8
 };
 
-/// Boxes by axis, then lower and upper bounds, then child. Children from
-/// `count` on are absent.
+/// A node. Children from `count` on are absent.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct WideNode {
     /// `[axis][lower, upper][child]`.
     pub bounds: [[[f32; WIDE]; 2]; 3],
-    /// A node, or a leaf's range: of blocks in a mesh's tree, of entries in a
-    /// tree over entries.
+    /// By child: a node, or a leaf's range of blocks (of a mesh's tree) or of entries.
     pub child: [Child; WIDE],
     pub count: u32,
 }
 
 impl WideNode {
+    /// Returns the box of a child.
     pub fn bounds_of(&self, child: usize) -> Aabb32 {
         let side = |side: usize| std::array::from_fn(|k| self.bounds[k][side][child]);
         Aabb32 {
@@ -51,11 +49,11 @@ impl WideNode {
 /// A tree of [`WideNode`]s, the root first.
 #[derive(Clone, Debug)]
 pub struct WideBvh {
-    /// Never empty: a tree over nothing is one node without children.
+    /// At least one node; a tree over nothing is one node without children.
     pub nodes: Vec<WideNode>,
     pub bounds: Aabb32,
-    /// Expected cost of a random ray, in box tests of one node (surface area
-    /// heuristic).
+    /// The expected cost of a random ray that meets the root, in box tests of one node
+    /// (surface area heuristic).
     pub sah: f64,
 }
 
@@ -64,14 +62,14 @@ impl WideBvh {
         self.nodes.len() * size_of::<WideNode>()
     }
 
-    /// The range of each leaf.
+    /// Returns the range of each leaf.
     pub fn leaves(&self) -> Vec<std::ops::Range<usize>> {
         let children = self.nodes.iter().flat_map(|n| &n.child[..n.count as usize]);
         children.filter_map(|c| c.leaf_range()).collect()
     }
 }
 
-/// A mesh's tree; its leaves are ranges of blocks.
+/// The wide BVH of one mesh; its leaves are ranges of blocks.
 #[derive(Clone, Debug)]
 pub struct WideBlas {
     pub tree: WideBvh,

@@ -1,11 +1,10 @@
-//! Many incoherent rays through a wide tree together: a stack of (child, set of
-//! rays), so that each node is fetched once for all rays that reach it (after
-//! the stream traversal of Barringer and Akenine-Möller: Dynamic Ray Stream
-//! Traversal, SIGGRAPH 2014).
+//! Stream traversal of a wide BVH by incoherent rays. The stack holds pairs of a child and a
+//! set of rays, so that each node is fetched once for all rays that reach it (after Barringer
+//! and Akenine-Möller: Dynamic Ray Stream Traversal, SIGGRAPH 2014).
 //!
-//! Each ray meets all children of a node at once, as alone. What is shared is
-//! memory: rays that start near each other pass the same nodes at first and at
-//! last, whatever their directions.
+//! Each ray is tested against all children of a node at once, as a single ray would be. Rays
+//! share the memory accesses: those that start near each other pass the same nodes near the
+//! root and near the leaves, whatever their directions.
 
 use super::baselines::bvh4::Child;
 use super::builders::MAX_DEPTH;
@@ -14,20 +13,20 @@ use super::slabs::Slabs;
 use super::wide_bvh::{WIDE, WideBvh};
 use crate::math::lanes::{Lanes, Register, add_members, max, min};
 
-/// Rays of one walk at most: bits of a set.
+/// The most rays of one stream: the bits of a set.
 pub const STREAM: usize = 64;
 const STACK: usize = MAX_DEPTH * (WIDE - 1) + 1;
 
-/// The rays' constants for the boxes of one tree, in columns.
+/// The slab constants of a stream for the boxes of one tree, in columns.
 #[derive(Clone, Debug)]
 pub struct BoxRays {
-    /// By axis: 1 / direction, and what is added to it times the plane that the
-    /// ray enters through, and leaves through.
+    /// By axis: t = plane·`inv` + `enter` at the plane through which the ray enters a box, and
+    /// plane·`inv` + `exit` at the one through which it leaves.
     inv: [[f32; STREAM]; 3],
     enter: [[f32; STREAM]; 3],
     exit: [[f32; STREAM]; 3],
     t_min: [f32; STREAM],
-    /// Nothing beyond matters; negative where the ray is done.
+    /// The largest t that still matters; negative if the ray is done.
     pub limit: [f32; STREAM],
 }
 
@@ -45,8 +44,8 @@ impl Default for BoxRays {
 }
 
 impl BoxRays {
-    /// Takes in as many rays as there are lanes, from `first` on. `slabs`: of
-    /// the rays in f32, whose pad has room for the rounding of f64 ones.
+    /// Stores the constants of one packet, from ray `first` on. `slabs` are those of the rays
+    /// in f32, whose pad covers the rounding of f64 rays.
     #[inline(always)]
     pub fn put<L: Lanes<Scalar = f32>>(&mut self, first: usize, slabs: &Slabs<L>, t_min: L) {
         for k in 0..3 {
@@ -60,7 +59,7 @@ impl BoxRays {
     }
 }
 
-/// Room for one walk.
+/// The stack of one traversal.
 pub struct StreamStack {
     child: [Child; STACK],
     rays: [u64; STACK],
@@ -76,10 +75,10 @@ impl Default for StreamStack {
 }
 
 impl WideBvh {
-    /// Visits every leaf that some ray of the set `active` (bit i: `rays[i]`)
-    /// may meet, with those that may. `leaf(rays, first, count, set)` sets new
-    /// limits, and returns the rays that are done for good. Nearest first where
-    /// `NEAREST`, else in the tree's order.
+    /// Visits every leaf that some ray of the set `active` may meet, with the set of those
+    /// rays; bit i is ray i. `leaf(rays, first, count, set)` sets new limits and returns the
+    /// rays that are done. `expect(first)` is called when a leaf is put on the stack. Children
+    /// come nearest first if `NEAREST`, else in the tree's order.
     #[inline(always)]
     pub fn walk_stream<const NEAREST: bool>(
         &self,

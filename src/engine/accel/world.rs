@@ -1,15 +1,15 @@
-//! A scene ready to be traced: two levels of structures, or a tree per node.
+//! A scene with the structures that rays are traced through.
 //!
-//! The top one stands over entries: an instance each, either a primitive or
-//! a mesh with a structure of its own, shared by all of its instances. Instances
-//! under the identity need no transform and are met in world space. Unbounded
-//! shapes, and those of placements that [blur](Placement::conditioning), stand in a short list
-//! outside the tree.
+//! A flat world has two levels: a TLAS over one entry per instance, and a BLAS per mesh,
+//! which all instances of the mesh share. Instances under the identity need no transform
+//! and are tested in world space. Entries without a box in world space, because their shape
+//! is unbounded or their placement is badly conditioned, stand in a short list outside the
+//! tree.
 //!
-//! Where there are too many instances for that, [`InstanceBvhs`] nest instead, and an
-//! entry is made when a ray gets there, by the same function from the same
-//! numbers.
+//! Where the instances are too many for that, [`InstanceBvhs`] nest instead, and an entry
+//! is made when a ray reaches it, by the same function from the same numbers.
 
+use super::accelerator::{Accelerator, NestedAccelerator, WideAccelerator};
 use super::baselines::AnyIndex;
 use super::baselines::bvh4_build::{Bvh4Quality, build, linear};
 use super::baselines::grid::{Density, Grid};
@@ -19,100 +19,77 @@ use super::baselines::kdtree::{self, KdQuality};
 use super::builders::BuildQuality;
 use super::csg::PreparedCsg;
 use super::instance_bvh::InstanceBvhs;
-use super::levels::{Levels, NestedLevels, WideLevels};
-use super::refit::Cost;
+use super::tlas_cost::TlasCost;
+use super::tlas_entry::{TlasEntries, TlasEntry, entries_of, own_bounds};
 use super::two_level::{Build, build_baseline, build_wide, wide_blases};
 use super::wide_bvh::WideBlas;
-use crate::geom::triangle::Corners;
-use crate::math::{Aabb, Aabb32, Affine};
-use crate::scene::{
-    CsgId, Instances, MAX_DEPTH, MeshId, Placement, Scene, Shape, ShapeId, Tables, far_center,
-    shape_bounds,
-};
+use crate::math::{Aabb32, Affine};
+use crate::scene::{CsgId, Instances, MAX_DEPTH, MeshId, Scene, Shape};
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Which structure finds the primitives.
+/// The structure by which rays find primitives.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Structure {
-    /// A tree over the instances; where they are not
-    /// [laid out](Instances::are_laid_out), a tree per shared node.
+    /// A wide BVH over the instances and one per mesh. If the instances are not [laid
+    /// out](Instances::are_laid_out), instance BVHs.
     #[default]
     Bvh,
-    /// A tree per shared node, however few instances there are: the same
-    /// hits. Not for paths longer than [`MAX_DEPTH`].
+    /// Instance BVHs, however few instances there are; the hits are the same. Scenes with
+    /// paths longer than [`MAX_DEPTH`] get `Bvh`.
     Nested,
-    /// Four-wide nodes, packets without tiles.
+    /// The four-wide tree, walked by packets.
     Narrow,
     Kd(KdQuality),
-    /// Two levels of uniform grids.
+    /// Uniform grids, two levels deep.
     Grid(Density),
-    /// Best first, through boxes.
+    /// Best-first traversal of boxes.
     Heap,
-    /// Best first, through spheres.
+    /// Best-first traversal of spheres.
     HeapSpheres,
-    /// Every primitive is tested.
+    /// A list, of which every ray tests every primitive.
     Linear,
-    /// Wide trees, and boxes in columns for frames of camera rays.
+    /// Wide BVHs, and boxes in columns that item buffers project for camera rays.
     ItemBuffer,
 }
 
-/// One instance in the top structure's leaves.
-#[derive(Clone, Copy, Debug)]
-pub struct TlasEntry {
-    pub shape: Shape,
-    /// Id of one of [`Instances`].
-    pub instance: u64,
-    /// Needs a transform: its object space is not world space.
-    pub placed: bool,
-    /// World space, about [`World::center`]; a hit's t lies inside. Everything where
-    /// the placement [conditions](MAX_CONDITION).
-    pub bounds: Aabb32,
-    /// Object space; the same as `bounds` where not placed. Of a mesh, its
-    /// structure's.
-    pub own: Aabb32,
-    /// The largest coordinate of `own`; 0 where it is unbounded.
-    pub size: f64,
-    /// How much `world_from_object` lengthens vectors at most (∞-norm).
-    pub stretch: f64,
-}
-
+/// A scene, its instances and the structures over them.
 pub struct World {
     pub scene: Scene,
     pub instances: Instances,
-    pub levels: Levels,
-    /// Around what is bounded, about `center`. It depends on the scene alone: all
-    /// structures take the constants of their rays from it.
+    pub accelerator: Accelerator,
+    /// The box around all bounded instances, about `center`. It depends on the scene alone,
+    /// so that all structures make the constants of their rays from the same box.
     pub bounds: Aabb32,
-    /// World space: what boxes count from, so that those of a scene far from the
-    /// origin are no coarser. Rays and shapes stay where they are. Zero where the
-    /// scene is not far off.
+    /// The point that boxes count from, in world space, so that boxes of a scene far from
+    /// the origin are no coarser than others. Rays and shapes keep their coordinates. Zero
+    /// unless the scene is far from the origin (docs/numerics/boxes.md, X10).
     pub center: DVec3,
-    /// In the order of the top structure's leaves; kinds lie in runs.
+    /// Bounded entries in the order of the TLAS's leaves; kinds lie in runs.
     pub entries: Vec<TlasEntry>,
-    /// Those whose bounds are everything.
+    /// Entries without a box in world space.
     pub unbounded: Vec<TlasEntry>,
-    /// By [`CsgId`], of those that appear.
+    /// By [`CsgId`]: the prepared solid, if some instance places it.
     pub(super) csg: Vec<Option<PreparedCsg>>,
-    /// By instance: its place in `entries`, or past their end in `unbounded`.
-    /// Like these, empty where groups nest.
+    /// By instance: its row in `entries`, or past their end in `unbounded`. All three are
+    /// empty in a nested world.
     pub place_of: Vec<u32>,
-    /// Where item buffers are to be made.
+    /// The boxes that item buffers project, if the structure is [`Structure::ItemBuffer`].
     pub item_boxes: Option<ItemBoxes>,
-    /// Of its wide trees, where it has some.
+    /// The quality of wide BVHs.
     pub(super) quality: BuildQuality,
-    /// Of the top structure when it was built, before it was fitted to entries
-    /// that moved. Of groups that nest, 0.
-    pub(super) tlas_built: Cost,
+    /// The cost of the TLAS as it was built, before any refit; 0 in a nested world.
+    pub(super) tlas_built: TlasCost,
 }
 
 impl World {
-    /// With trees of [`BuildQuality::Medium`].
+    /// Builds a world with trees of [`BuildQuality::Medium`].
     pub fn build(scene: &Scene, instances: &Instances, structure: Structure) -> World {
         World::build_to(BuildQuality::default(), scene, instances, structure)
     }
 
-    /// `quality`: of wide trees; other structures have parameters of their own.
+    /// Builds a world. `quality` applies to wide BVHs; other structures have parameters of
+    /// their own.
     pub fn build_to(
         quality: BuildQuality,
         scene: &Scene,
@@ -120,11 +97,11 @@ impl World {
         structure: Structure,
     ) -> World {
         let compared = |build: &Build| {
-            let (levels, entries) = build_baseline(scene, instances, build);
-            (Levels::Baseline(levels), entries)
+            let (accelerator, entries) = build_baseline(scene, instances, build);
+            (Accelerator::Baseline(accelerator), entries)
         };
         let mut item_boxes = None;
-        let (levels, entries) = match structure {
+        let (accelerator, entries) = match structure {
             Structure::Bvh if !instances.are_laid_out() => {
                 return World::nested(quality, scene, instances);
             }
@@ -132,8 +109,8 @@ impl World {
                 return World::nested(quality, scene, instances);
             }
             Structure::Bvh | Structure::Nested => {
-                let (levels, entries) = build_wide(quality, scene, instances);
-                (Levels::Wide(levels), entries)
+                let (accelerator, entries) = build_wide(quality, scene, instances);
+                (Accelerator::Wide(accelerator), entries)
             }
             Structure::Kd(quality) => compared(&|p| {
                 let (tree, order) = kdtree::build(p, &quality);
@@ -156,32 +133,32 @@ impl World {
                 (AnyIndex::HeapSpheres(heap), order)
             }),
             Structure::ItemBuffer => {
-                let (levels, entries) = build_wide(quality, scene, instances);
-                let meshes = levels.blases.par_iter();
+                let (accelerator, entries) = build_wide(quality, scene, instances);
+                let meshes = accelerator.blases.par_iter();
                 let rows = meshes.map(|mesh| Some(BoxRows::of_blocks(&mesh.as_ref()?.blocks)));
                 let boxes = ItemBoxes {
                     entries: BoxRows::of_entries(&entries.bounded),
                     meshes: rows.collect(),
                 };
                 item_boxes = Some(boxes);
-                (Levels::Wide(levels), entries)
+                (Accelerator::Wide(accelerator), entries)
             }
             Structure::Linear => compared(&|p| {
                 let order = 0..p.boxes.len() as u32;
                 (AnyIndex::Bvh4(linear(p.boxes)), order.collect())
             }),
         };
-        let mut world = World::of(scene, instances, levels, entries);
+        let mut world = World::from_parts(scene, instances, accelerator, entries);
         world.item_boxes = item_boxes;
         world.quality = quality;
         world
     }
 
-    /// Of a flat levels.
-    pub(super) fn of(
+    /// Makes a flat world of its structures and entries.
+    pub(super) fn from_parts(
         scene: &Scene,
         instances: &Instances,
-        levels: Levels,
+        accelerator: Accelerator,
         TlasEntries {
             bounded: entries,
             unbounded,
@@ -193,62 +170,63 @@ impl World {
             place_of[entry.instance as usize] = place as u32;
         }
         let bounds = if instances.are_laid_out() {
-            levels.bounds()
+            accelerator.bounds()
         } else {
-            let own = own_bounds(scene, |mesh| levels.mesh_bounds(mesh));
-            InstanceBvhs::of(scene, instances, own).bounds(center)
+            let own = own_bounds(scene, |mesh| accelerator.mesh_bounds(mesh));
+            InstanceBvhs::build(scene, instances, own).bounds(center)
         };
         World {
             scene: scene.clone(),
             instances: instances.clone(),
             bounds,
             center,
-            tlas_built: Cost::new(levels.tlas_figures().sah, &bounds),
-            levels,
+            tlas_built: TlasCost::new(accelerator.tlas_figures().sah, &bounds),
+            accelerator,
             entries,
             unbounded,
-            csg: PreparedCsg::all(scene, instances),
+            csg: PreparedCsg::placed(scene, instances),
             place_of,
             item_boxes: None,
             quality: BuildQuality::default(),
         }
     }
 
-    /// Nothing in it is by instance. InstanceBvhs are small: their trees are of
-    /// medium quality.
+    /// Builds a nested world, which holds nothing by instance. `quality` applies to meshes;
+    /// instance BVHs are small and of medium quality.
     fn nested(quality: BuildQuality, scene: &Scene, instances: &Instances) -> World {
-        let meshes = wide_blases(quality, scene, instances);
-        let own = own_bounds(scene, |mesh| meshes[mesh].as_ref().map(|m| m.tree.bounds));
-        let groups = InstanceBvhs::of(scene, instances, own);
-        // What a flat world would take, where there might be one.
+        let blases = wide_blases(quality, scene, instances);
+        let own = own_bounds(scene, |mesh| blases[mesh].as_ref().map(|m| m.tree.bounds));
+        let instance_bvhs = InstanceBvhs::build(scene, instances, own);
+        // The same as those of a flat world, where one is possible.
         let (bounds, center) = if instances.are_laid_out() {
-            let all = entries_of(scene, instances, &groups.own);
+            let all = entries_of(scene, instances, &instance_bvhs.own);
             let around = |all: Aabb32, entry: &TlasEntry| all.union(&entry.bounds);
             let bounds = all.bounded.iter().fold(Aabb32::EMPTY, around);
             (bounds, all.center)
         } else {
-            let center = groups.center();
-            (groups.bounds(center), center)
+            let center = instance_bvhs.center();
+            (instance_bvhs.bounds(center), center)
         };
         World {
             scene: scene.clone(),
             instances: instances.clone(),
-            levels: Levels::Nested(NestedLevels {
-                groups,
-                blases: meshes,
+            accelerator: Accelerator::Nested(NestedAccelerator {
+                instance_bvhs,
+                blases,
             }),
             bounds,
             center,
             entries: Vec::new(),
             unbounded: Vec::new(),
-            csg: PreparedCsg::all(scene, instances),
+            csg: PreparedCsg::placed(scene, instances),
             place_of: Vec::new(),
             item_boxes: None,
             quality,
-            tlas_built: Cost::default(),
+            tlas_built: TlasCost::default(),
         }
     }
 
+    /// Returns the entry of an instance.
     #[inline(always)]
     pub fn entry_of(&self, instance: u64) -> TlasEntry {
         let Some(place) = self.place_of.get(instance as usize) else {
@@ -261,26 +239,26 @@ impl World {
         }
     }
 
-    /// Of a nested world.
+    /// Makes the entry of an instance in a nested world.
     #[cold]
     #[inline(never)]
     fn look_up(&self, id: u64) -> TlasEntry {
         let row = self.instances.get(&self.scene, id);
-        let Levels::Nested(NestedLevels { groups, .. }) = &self.levels else {
+        let Accelerator::Nested(NestedAccelerator { instance_bvhs, .. }) = &self.accelerator else {
             unreachable!("a flat world has an entry for each of its instances");
         };
-        let own = groups.own[row.shape.index()];
-        TlasEntry::of(&self.scene, row.shape, own, id, &row.place(), self.center)
+        let own = instance_bvhs.own[row.shape.index()];
+        TlasEntry::place(&self.scene, row.shape, own, id, &row.place(), self.center)
     }
 
-    /// Those of `unbounded` that are no meshes.
+    /// Iterates over the unbounded entries that are no meshes.
     #[inline(always)]
     pub fn unbounded_solids(&self) -> impl Iterator<Item = &TlasEntry> {
         let entries = self.unbounded.iter();
         entries.filter(|entry| !matches!(entry.shape, Shape::Mesh(_)))
     }
 
-    /// Those of `unbounded` that are.
+    /// Iterates over the unbounded entries that are meshes.
     #[inline(always)]
     pub fn unbounded_meshes(&self) -> impl Iterator<Item = (&TlasEntry, MeshId)> {
         self.unbounded.iter().filter_map(|entry| match entry.shape {
@@ -289,41 +267,44 @@ impl World {
         })
     }
 
-    /// Where this is what was built.
+    /// Returns the wide BVHs of a flat world that renders by them.
     #[inline(always)]
-    pub fn wide(&self) -> Option<&WideLevels> {
-        match &self.levels {
-            Levels::Wide(levels) => Some(levels),
+    pub fn wide(&self) -> Option<&WideAccelerator> {
+        match &self.accelerator {
+            Accelerator::Wide(accelerator) => Some(accelerator),
             _ => None,
         }
     }
 
+    /// Returns the wide BVH of a mesh, if the world has wide BVHs and places the mesh.
     #[inline(always)]
     pub fn wide_mesh(&self, id: MeshId) -> Option<&WideBlas> {
-        let meshes = match &self.levels {
-            Levels::Wide(levels) => &levels.blases,
-            Levels::Nested(levels) => &levels.blases,
+        let meshes = match &self.accelerator {
+            Accelerator::Wide(accelerator) => &accelerator.blases,
+            Accelerator::Nested(accelerator) => &accelerator.blases,
             _ => return None,
         };
         meshes[id.index()].as_ref()
     }
 
-    /// A CSG solid that appears, unfolded.
+    /// Returns a CSG solid that some instance places, prepared.
     #[inline(always)]
     pub fn csg(&self, id: CsgId) -> &PreparedCsg {
-        self.csg[id.index()].as_ref().expect("what is met appears")
+        self.csg[id.index()]
+            .as_ref()
+            .expect("a solid that a ray meets is placed")
     }
 
-    /// Of the instance of this id.
+    /// Returns the matrix from the world to an instance.
     #[inline(always)]
     pub fn object_from_world(&self, instance: u64) -> Affine {
         self.instances.object_from_world(&self.scene, instance)
     }
 
-    /// Bytes of each structure, by name.
+    /// Returns the bytes of each structure, by name.
     pub fn bytes(&self) -> Vec<(&'static str, usize)> {
         let entries = self.entries.len() + self.unbounded.len();
-        let mut bytes = self.levels.bytes();
+        let mut bytes = self.accelerator.bytes();
         bytes.push((
             "top entries",
             entries * size_of::<TlasEntry>() + self.place_of.len() * 4,
@@ -331,166 +312,9 @@ impl World {
         let boxes = self.item_boxes.as_ref();
         bytes.push(("item boxes", boxes.map_or(0, ItemBoxes::bytes)));
         bytes.push(("instances", self.instances.bytes()));
-        let facets = PreparedCsg::facet_bytes(self.csg.iter().flatten());
-        bytes.push(("meshes in CSG solids", facets));
+        let meshes = PreparedCsg::mesh_bytes(self.csg.iter().flatten());
+        bytes.push(("meshes in CSG solids", meshes));
         bytes.retain(|(_, bytes)| *bytes > 0);
         bytes
     }
-}
-
-/// What [conditions](Placement::conditioning) more has no box in world space: a ray's
-/// rounding on its way into the object's, seen from the world, would be more than the
-/// pads of structures have room for (docs/NUMERICS.md, "Boxes of structures").
-pub(super) const MAX_CONDITION: f64 = 4096.0;
-
-/// What a flat world has beside its structures.
-pub(super) struct TlasEntries {
-    /// In the order of the instances.
-    pub bounded: Vec<TlasEntry>,
-    pub unbounded: Vec<TlasEntry>,
-    /// See [`World::center`].
-    pub center: DVec3,
-}
-
-/// A scene whose middle is so many of its sizes away from the origin is far off.
-/// What is met in world space (a mesh that is not placed, and so no further than
-/// eight of its own sizes) never is.
-pub(super) const FAR: f64 = 64.0;
-
-/// `bounds`: of a mesh that has been built.
-pub(super) fn entries(
-    scene: &Scene,
-    instances: &Instances,
-    bounds: impl Fn(usize) -> Option<Aabb32>,
-) -> TlasEntries {
-    entries_of(scene, instances, &own_bounds(scene, bounds))
-}
-
-fn entries_of(scene: &Scene, instances: &Instances, own: &[Aabb32]) -> TlasEntries {
-    if !instances.are_laid_out() {
-        // As where groups nest.
-        let center = InstanceBvhs::of(scene, instances, own.to_vec()).center();
-        return entries_about(scene, instances, own, center);
-    }
-    let near = entries_about(scene, instances, own, DVec3::ZERO);
-    let around = near
-        .bounded
-        .iter()
-        .fold(Aabb::EMPTY, |all, entry| all.union(&entry.bounds.widened()));
-    let center = far_center(&around, FAR);
-    if center == DVec3::ZERO {
-        return near;
-    }
-    entries_about(scene, instances, own, center)
-}
-
-fn entries_about(
-    scene: &Scene,
-    instances: &Instances,
-    own: &[Aabb32],
-    center: DVec3,
-) -> TlasEntries {
-    let [mut bounded, mut unbounded] = [Vec::new(), Vec::new()];
-    for (id, row) in (0_u64..).zip(instances.iter(scene)) {
-        let own = own[row.shape.index()];
-        let entry = TlasEntry::of(scene, row.shape, own, id, &row.place(), center);
-        if entry.is_unbounded() {
-            unbounded.push(entry);
-        } else {
-            bounded.push(entry);
-        }
-    }
-    TlasEntries {
-        bounded,
-        unbounded,
-        center,
-    }
-}
-
-/// By shape. `bounds`: of a mesh that has been built.
-fn own_bounds(scene: &Tables, bounds: impl Fn(usize) -> Option<Aabb32>) -> Vec<Aabb32> {
-    let shapes = scene.shapes.rows.iter().enumerate();
-    let own = shapes.map(|(i, shape)| match shape {
-        Shape::Mesh(id) => bounds(id.index()).unwrap_or(Aabb32::EMPTY),
-        _ => {
-            let shape = ShapeId(i as u32);
-            let bounds = shape_bounds(scene, shape);
-            // A CSG solid's operands are met in spaces of their own, too.
-            let bounds = bounds.filter(|_| scene.conditioning_of(shape).norm() <= MAX_CONDITION);
-            // What f32 cannot reach is not cut off: it is to be placed.
-            let bounds = bounds.filter(|b| b.max_abs() < f64::from(f32::MAX));
-            bounds.map_or(Aabb32::EVERYTHING, |b| b.outward())
-        }
-    });
-    own.collect()
-}
-
-impl TlasEntry {
-    /// Of the instance `id`: `shape`, whose own box is `own`, at `place`, in a
-    /// world about `center`.
-    pub fn of(
-        scene: &Tables,
-        shape: ShapeId,
-        own: Aabb32,
-        id: u64,
-        place: &Placement,
-        center: DVec3,
-    ) -> TlasEntry {
-        let placed = place.is_placed(scene, shape) || center != DVec3::ZERO;
-        let (row, shape) = (shape, scene.shapes.row(shape));
-        let bounds = if !placed || own == Aabb32::EVERYTHING {
-            own
-        } else if place.blur(scene, row).norm() <= MAX_CONDITION {
-            let world = world_bounds(&own.widened(), place, center_of(scene, shape));
-            world.map_or(Aabb32::EVERYTHING, |world| {
-                Aabb::new(world.min - center, world.max - center).outward()
-            })
-        } else {
-            Aabb32::EVERYTHING
-        };
-        TlasEntry {
-            shape,
-            instance: id,
-            placed,
-            bounds,
-            own,
-            size: match own {
-                Aabb32::EVERYTHING => 0.0,
-                _ => own.widened().max_abs(),
-            },
-            stretch: place.world_from_object.norm(),
-        }
-    }
-
-    fn is_unbounded(&self) -> bool {
-        self.bounds == Aabb32::EVERYTHING
-    }
-}
-
-/// Exact: the corners are f32 already.
-#[inline(always)]
-pub fn corner_bounds(corners: &Corners) -> Aabb32 {
-    let [a, b, c] = corners;
-    let lower = |x: f32, y: f32| if x < y { x } else { y };
-    let upper = |x: f32, y: f32| if x > y { x } else { y };
-    Aabb32 {
-        min: std::array::from_fn(|k| lower(lower(a[k], b[k]), c[k])),
-        max: std::array::from_fn(|k| upper(upper(a[k], b[k]), c[k])),
-    }
-}
-
-pub(super) fn center_of(scene: &Tables, shape: Shape) -> DVec3 {
-    match shape {
-        Shape::Mesh(id) => scene.meshes.center[id.index()],
-        _ => DVec3::ZERO,
-    }
-}
-
-/// The world-space box of what is at a place and whose geometry lies in `own` (about
-/// `center`); `None` where the place's roundings leave it anywhere.
-pub(super) fn world_bounds(own: &Aabb, place: &Placement, center: DVec3) -> Option<Aabb> {
-    let own = Aabb::new(own.min + center, own.max + center);
-    let world = own.placed(&place.object_from_world, &place.world_from_object)?;
-    // The rest is for what is counted from another place.
-    Some(world.grown(DVec3::splat(world.max_abs() * 5.0 * f64::EPSILON)))
 }

@@ -11,7 +11,7 @@ use super::refine::refine;
 use super::scratch::TraceScratch;
 use super::shadow_cache::ShadowCache;
 use super::stream::StreamScratch;
-use crate::accel::{BaselineLevels, Count, Counter, InstanceBvhs, Levels, World};
+use crate::accel::{Accelerator, BaselineAccelerator, Count, Counter, InstanceBvhs, World};
 use crate::geom::{Certainty, Fast, Guarded};
 use crate::math::lanes::{Lanes, f32x4, f32x8, f32x16};
 use crate::plan::{ALL_LANES, Kernels, Precision, native_width};
@@ -114,7 +114,7 @@ pub fn any_counted(
 
 /// Whether steps and tests are counted: in comparison structures only.
 pub fn counts(world: &World) -> bool {
-    matches!(world.levels, Levels::Baseline(_))
+    matches!(world.accelerator, Accelerator::Baseline(_))
 }
 
 /// A batch of queries at any width and certainty. Each instantiation of a function is a
@@ -136,7 +136,7 @@ trait Batch {
     /// Traces packets through comparison structures.
     fn packets<L: Lanes, C: Certainty>(
         self,
-        levels: &BaselineLevels,
+        levels: &BaselineAccelerator,
         count: Count,
         scratch: &mut TraceScratch,
     );
@@ -160,19 +160,19 @@ pub fn closest_all_exact(world: &World, rays: &Rays, hits: &mut Hits, scratch: &
         hits,
         items: None,
     };
-    by_structure_at_one::<DoubtAll>(&world.levels, batch, scratch);
+    by_structure_at_one::<DoubtAll>(&world.accelerator, batch, scratch);
 }
 
 /// [`by_structure`] for a certainty that is only built at one lane.
 #[cfg(feature = "all-lanes")]
 fn by_structure_at_one<C: Certainty>(
-    levels: &Levels,
+    levels: &Accelerator,
     batch: impl Batch,
     scratch: &mut TraceScratch,
 ) {
     match levels {
-        Levels::Nested(levels) => scratch.with_walk(|walk, scratch| {
-            batch.nested::<f32, C, BEAM>(&levels.groups, &mut walk.streams, scratch);
+        Accelerator::Nested(levels) => scratch.with_walk(|walk, scratch| {
+            batch.nested::<f32, C, BEAM>(&levels.instance_bvhs, &mut walk.streams, scratch);
         }),
         _ => flat::<f32, C, BEAM>(levels, Count::default(), batch, scratch),
     }
@@ -185,7 +185,7 @@ fn dispatch(
     batch: impl Batch,
     scratch: &mut TraceScratch,
 ) {
-    let (levels, count) = (&world.levels, Count(counter));
+    let (levels, count) = (&world.accelerator, Count(counter));
     match kernels.precision {
         Precision::Fast => by_structure::<Fast>(kernels.lanes, levels, count, batch, scratch),
         Precision::Guarded | Precision::Exact => {
@@ -211,14 +211,18 @@ const fn is_built(lanes: usize) -> bool {
 /// Runs a batch at the requested width, or at one lane if that is not built.
 fn by_structure<C: Certainty>(
     lanes: usize,
-    levels: &Levels,
+    levels: &Accelerator,
     count: Count,
     batch: impl Batch,
     scratch: &mut TraceScratch,
 ) {
-    if let Levels::Nested(levels) = levels {
+    if let Accelerator::Nested(levels) = levels {
         return scratch.with_walk(|walk, scratch| {
-            batch.nested::<Streamed, C, STREAMED>(&levels.groups, &mut walk.streams, scratch);
+            batch.nested::<Streamed, C, STREAMED>(
+                &levels.instance_bvhs,
+                &mut walk.streams,
+                scratch,
+            );
         });
     }
     match lanes {
@@ -233,13 +237,13 @@ fn by_structure<C: Certainty>(
 
 /// Runs a batch through the trees of a flat world.
 fn flat<L: Lanes, C: Certainty, const S: usize>(
-    levels: &Levels,
+    levels: &Accelerator,
     count: Count,
     batch: impl Batch,
     scratch: &mut TraceScratch,
 ) {
     match levels {
-        Levels::Baseline(levels) => batch.packets::<L, C>(levels, count, scratch),
+        Accelerator::Baseline(levels) => batch.packets::<L, C>(levels, count, scratch),
         _ => scratch.with_walk(|walk, scratch| batch.beams::<L, C, S>(walk, scratch)),
     }
 }

@@ -278,7 +278,7 @@ fn collect_mesh(
         return;
     }
     let own = in_frame(frame, operand.frame, line);
-    let mesh = (&tables.meshes.row(id), csg.facets(id));
+    let mesh = (&tables.meshes.row(id), csg.mesh_crossings(id));
     let first = boundaries.len();
     let is_inside = mesh::crossings(mesh, &own, t_min, met, |facet| {
         boundaries.push(Boundary {

@@ -12,7 +12,7 @@ use super::packet::Packet;
 use super::query::{HitId, Query};
 use super::scratch::TraceScratch;
 use crate::accel::{
-    AnyScratch, BaselineBlas, BaselineLevels, Count, TlasEntry, World, corner_bounds,
+    AnyScratch, BaselineAccelerator, BaselineBlas, Count, TlasEntry, World, corner_bounds,
 };
 use crate::geom::{Certainty, Meet, triangle};
 use crate::math::lanes::{Lanes, Mask, Scalar};
@@ -72,7 +72,7 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
     /// meshes.
     pub fn trace<Q: Query<L>>(
         &mut self,
-        levels: &BaselineLevels,
+        levels: &BaselineAccelerator,
         query: &mut Q,
         [top, mesh]: &mut [AnyScratch<L>; 2],
         count: Count,

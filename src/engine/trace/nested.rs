@@ -14,7 +14,7 @@ use super::scratch::TraceScratch;
 use super::solids::StreamPackets;
 use super::stream::{Stream, StreamScratch, TestedInstance, for_each_bit, limit};
 use crate::accel::{
-    InstanceBvh, InstanceBvhs, InstanceEdge, Reach, STREAM, StreamStack, TlasEntry,
+    InstanceBvh, InstanceBvhs, InstanceEdge, RayExtent, STREAM, StreamStack, TlasEntry,
 };
 use crate::geom::Certainty;
 use crate::math::lanes::Lanes;
@@ -82,7 +82,7 @@ impl Nested<'_, '_> {
         queries: &mut [Q; STREAM],
         solids: &mut StreamPackets<L, S>,
     ) {
-        for edge in &at.bvh.open {
+        for edge in &at.bvh.unbounded {
             let (place, first) = self.through(at, edge);
             match edge.edge.target {
                 Target::Node(node) => {
@@ -93,7 +93,7 @@ impl Nested<'_, '_> {
                 }
                 Target::Shape(shape) => {
                     let own = self.bvhs.own[shape.index()];
-                    let entry = TlasEntry::of(
+                    let entry = TlasEntry::place(
                         &self.stream.world.scene,
                         shape,
                         own,
@@ -117,7 +117,7 @@ impl Nested<'_, '_> {
         queries: &mut [Q; STREAM],
         (solids, walk): (&mut StreamPackets<L, S>, &mut StreamScratch),
     ) {
-        let edges = &at.bvh.links;
+        let edges = &at.bvh.edges;
         let mut level = walk.levels.pop().unwrap_or_default();
         if level.load(self, at, set) {
             let Level { stream_rays, stack } = &mut *level;
@@ -177,7 +177,7 @@ impl Nested<'_, '_> {
             }
             Target::Shape(shape) => {
                 let own = self.bvhs.own[shape.index()];
-                let entry = TlasEntry::of(
+                let entry = TlasEntry::place(
                     &self.stream.world.scene,
                     shape,
                     own,
@@ -212,10 +212,10 @@ impl Level {
         let Nested { stream, bvhs } = nested;
         let map = &at.place.object_from_world;
         let largest = |v: [f64; 3]| v[0].abs().max(v[1].abs()).max(v[2].abs());
-        let mut reach = Reach {
+        let mut reach = RayExtent {
             org: 0.0,
             dir: [f64::INFINITY, 0.0],
-            world: bvhs.reach(),
+            world: bvhs.extent(),
         };
         for_each_bit(set, |i| {
             let org = stream.org(i);

@@ -240,7 +240,7 @@ impl TriangleRays {
             [bx, by, bz, ..],
             [cx, cy, cz, ..],
         ] = match block {
-            Block::Shared(block) => {
+            Block::Indexed(block) => {
                 let vertices = [block.vertices(a), block.vertices(b), block.vertices(k)];
                 let mut seen = [vertices[0]; 5];
                 for i in 0..vertices[0].len() {
@@ -254,7 +254,7 @@ impl TriangleRays {
                 let [a, b, c] = block.entries();
                 [seen(a), seen(b), seen(c)]
             }
-            Block::Apart(_) => {
+            Block::Unindexed(_) => {
                 let [a, b, c] = block.columns([a, b, k]);
                 [see(a), see(b), see(c)]
             }

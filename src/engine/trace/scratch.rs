@@ -3,7 +3,7 @@
 use super::beam::BeamScratch;
 use super::csg::CsgScratch;
 use super::csg::lanes::LaneScratch;
-use crate::accel::{AnyScratch, BaselineLevels};
+use crate::accel::{AnyScratch, BaselineAccelerator};
 use crate::geom::Scratch;
 use crate::math::lanes::Lanes;
 use std::any::Any;
@@ -38,7 +38,7 @@ impl TraceScratch {
     /// and that of meshes.
     pub(super) fn take_baseline<L: Lanes>(
         &mut self,
-        levels: &BaselineLevels,
+        levels: &BaselineAccelerator,
     ) -> [AnyScratch<L>; 2] {
         let kept: &mut Option<[AnyScratch<L>; 2]> = self.baselines.slot();
         match kept.take() {

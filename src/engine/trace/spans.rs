@@ -91,7 +91,7 @@ pub fn spans(
         };
         match scene.shapes.row(instance.shape) {
             Shape::Mesh(row) => {
-                let one = || PreparedCsg::of_one(scene, instance.shape);
+                let one = || PreparedCsg::prepare_single(scene, instance.shape);
                 let is_solid =
                     || !scene.meshes.open[row.index()] && check_closed(scene, row).is_ok();
                 let solid = unfolded.entry(instance.shape);
@@ -108,7 +108,8 @@ pub fn spans(
                 }
                 match shape {
                     Shape::Csg(row) => {
-                        let mut of = || PreparedCsg::of(scene, instance.shape, row, &mut trees);
+                        let mut of =
+                            || PreparedCsg::prepare(scene, instance.shape, row, &mut trees);
                         let solid = unfolded.entry(instance.shape);
                         if let Some(solid) = solid.or_insert_with(|| Some(of())) {
                             ray.push_csg_spans(solid, &mut spans.rows, &mut scratch);
@@ -116,7 +117,7 @@ pub fn spans(
                     }
                     // The line may enter and leave several times.
                     shape if shape.boundaries() != Boundaries::Span => {
-                        let one = || Some(PreparedCsg::of_one(scene, instance.shape));
+                        let one = || Some(PreparedCsg::prepare_single(scene, instance.shape));
                         let solid = unfolded.entry(instance.shape);
                         if let Some(solid) = solid.or_insert_with(one) {
                             ray.push_csg_spans(solid, &mut spans.rows, &mut scratch);

@@ -1,6 +1,6 @@
 //! Random cases of triangles and rays, of all sizes and distances.
 
-use crate::accel::{Apart, WIDE};
+use crate::accel::{UnindexedBlock, WIDE};
 use crate::geom::triangle::{Corners, canonical};
 use crate::math::Aabb32;
 use crate::trace::test_random::Random;
@@ -78,8 +78,8 @@ impl Case {
     }
 
     /// Returns the triangles as a block.
-    pub fn block(&self) -> Apart {
-        let mut block = Apart {
+    pub fn block(&self) -> UnindexedBlock {
+        let mut block = UnindexedBlock {
             corner: [[[0.0; WIDE]; 3]; 3],
             source: std::array::from_fn(|slot| slot as u32),
         };

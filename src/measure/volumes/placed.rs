@@ -46,17 +46,17 @@ impl<'a> Placed<'a> {
                 if scene.meshes.open[row.index()] || check_closed(scene, row).is_err() {
                     return Err(NoVolume::Mesh);
                 }
-                Some(PreparedCsg::of_one(scene, id))
+                Some(PreparedCsg::prepare_single(scene, id))
             }
             _ if scene.no_inside(shape).is_some() => return Err(NoVolume::Surface),
             _ if shape.boundaries() == Boundaries::Span => None,
-            Shape::Csg(row) => Some(PreparedCsg::of(
+            Shape::Csg(row) => Some(PreparedCsg::prepare(
                 scene,
                 id,
                 row,
                 &mut MeshCrossingTrees::default(),
             )),
-            _ => Some(PreparedCsg::of_one(scene, id)),
+            _ => Some(PreparedCsg::prepare_single(scene, id)),
         };
         let own = shape_bounds(scene, id).ok_or(NoVolume::Unbounded)?;
         let corner = |p: DVec3| DVec3::from_array(world_from_object.point(p.to_array()));

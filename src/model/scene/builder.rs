@@ -1,6 +1,6 @@
-//! Filling the tables row by row.
+//! The builder of scenes, which fills the tables row by row.
 
-use super::check::{SceneError, check};
+use super::check::check;
 use super::*;
 use crate::csg::Operator;
 use crate::geom::formula::Formula;
@@ -11,8 +11,8 @@ use crate::roots::Solver;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Builds a [`Scene`]. Every `add` gives the id of the new row; names may be
-/// empty. Nothing is checked before [`finish`](SceneBuilder::finish).
+/// Builds a [`Scene`]. Functions that add a row return its id; names may be empty. Nothing is
+/// checked before [`finish`](SceneBuilder::finish).
 ///
 /// ```
 /// use glam::DVec3;
@@ -43,29 +43,34 @@ pub struct SceneBuilder {
 }
 
 impl SceneBuilder {
+    /// Returns the tables as filled so far.
     pub fn tables(&self) -> &Tables {
         &self.tables
     }
 
-    /// `parent_from_child`.
+    /// Adds a transform `parent_from_child`.
     pub fn transform(&mut self, local: Affine) -> TransformId {
         self.tables.transforms.push(local)
     }
 
-    /// `local` at time 0, then through the keys in the order of their times.
+    /// Adds a transform that is `local` at time 0 and then passes through the keys, in the
+    /// order of their times.
     pub fn moving(&mut self, local: Affine, keys: &[Key]) -> TransformId {
         self.tables.transforms.push_moving(local, keys)
     }
 
+    /// Adds a material.
     pub fn material(&mut self, name: &str, material: Material) -> MaterialId {
         self.tables.materials.push(name, material)
     }
 
+    /// Adds a light.
     pub fn light(&mut self, light: Light) -> LightId {
         self.tables.lights.push(light);
         LightId(self.tables.lights.len() as u32 - 1)
     }
 
+    /// Adds a camera.
     pub fn camera(&mut self, name: &str, camera: Camera) -> CameraId {
         let cameras = &mut self.tables.cameras;
         cameras.names.set(cameras.rows.len() as u32, name);
@@ -73,29 +78,29 @@ impl SceneBuilder {
         CameraId(cameras.rows.len() as u32 - 1)
     }
 
-    /// Radiance where a ray meets nothing.
+    /// Sets the radiance where a ray meets nothing.
     pub fn background(&mut self, radiance: Rgb) {
         self.tables.background = radiance;
     }
 
-    /// The solid where a polynomial is not above zero, or the surface where it is zero:
-    /// of a clipped one the part in the clip.
+    /// Adds the solid where a polynomial is at most zero or, if `open`, the surface where it
+    /// is zero. A clip cuts off what lies outside it.
     pub fn implicit(&mut self, name: &str, tape: Tape, open: bool, clip: Option<Clip>) -> ShapeId {
         let id = self.tables.implicits.push(tape, open, clip);
         self.tables.shapes.push(name, Shape::Implicit(id))
     }
 
-    /// What finds where rays meet a polynomial surface in the precision `fast`. Of other
-    /// shapes nothing is said.
+    /// Sets the solver that finds the roots of a polynomial surface in `fast`; does nothing
+    /// for other shapes.
     pub fn set_solver(&mut self, shape: ShapeId, solver: Solver) {
         if let Shape::Implicit(id) = self.tables.shapes.row(shape) {
             self.tables.implicits.solver[id.index()] = solver;
         }
     }
 
-    /// The solid where a formula is not above zero, or the surface where it is zero. Of a
-    /// surface the clip says what of it there is, of a solid where its surface is sought:
-    /// intersect it with the clip.
+    /// Adds the solid where a formula is at most zero or, if `open`, the surface where it is
+    /// zero. The clip cuts off a surface outside it. For a solid it is only the region in
+    /// which the surface is searched for, so intersect the solid with the clip.
     pub fn level_set(
         &mut self,
         name: &str,
@@ -107,58 +112,62 @@ impl SceneBuilder {
         self.tables.shapes.push(name, Shape::LevelSet(id))
     }
 
-    /// A convex polyhedron from its planes and the corners they make.
+    /// Adds a convex polyhedron, given by its planes and its corners.
     pub fn polyhedron(&mut self, name: &str, planes: &[HalfSpace], points: &[DVec3]) -> ShapeId {
         let id = self.tables.polyhedra.push(planes, points);
         self.tables.shapes.push(name, Shape::Polyhedron(id))
     }
 
-    /// A planar polygon; `normals` are shading normals at the corners, or none.
+    /// Adds a planar polygon; `normals` are shading normals at the corners, or empty.
     pub fn polygon(&mut self, name: &str, points: &[DVec3], normals: &[DVec3]) -> ShapeId {
         let id = self.tables.polygons.push(points, normals);
         self.tables.shapes.push(name, Shape::Polygon(id))
     }
 
+    /// Adds a mesh and a shape of it.
     pub fn mesh(&mut self, name: &str, data: &MeshData) -> ShapeId {
         let id = self.tables.meshes.push(data);
         self.tables.shapes.push(name, Shape::Mesh(id))
     }
 
-    /// A solid made of solids by an operator.
+    /// Adds a CSG solid with its operands.
     pub fn csg(&mut self, name: &str, operator: Operator, operands: &[Operand]) -> ShapeId {
         let (shape, id) = self.declare_csg(name, operator);
         self.set_operands(id, operands);
         shape
     }
 
-    /// A CSG solid whose operands follow later: files name shapes in any order.
+    /// Adds a CSG solid whose operands are set later, because files name shapes in any order.
     pub fn declare_csg(&mut self, name: &str, operator: Operator) -> (ShapeId, CsgId) {
         let id = self.tables.csg.push(operator);
         let shape = self.tables.shapes.push(name, Shape::Csg(id));
         (shape, id)
     }
 
+    /// Sets the operands of a CSG solid.
     pub fn set_operands(&mut self, id: CsgId, operands: &[Operand]) {
         self.tables.csg.set_operands(id, operands);
     }
 
-    /// Of all of a CSG solid's surfaces, whatever its operands say.
+    /// Sets the material of all surfaces of a CSG solid; it overrides those of operands.
     pub fn set_csg_material(&mut self, id: CsgId, material: MaterialId) {
         self.tables.csg.material[id.index()] = Some(material);
     }
 
-    /// How far apart boundaries of different operands may lie and be one.
+    /// Sets how far apart boundaries of different operands may lie and still be one event
+    /// (docs/SPEC.md, S49).
     pub fn set_tolerance(&mut self, id: CsgId, tolerance: f64) {
         self.tables.csg.tolerance[id.index()] = tolerance;
     }
 
+    /// Adds a node with its children.
     pub fn node(&mut self, name: &str, children: &[Edge]) -> NodeId {
         let id = self.declare_node(name);
         self.set_children(id, children);
         id
     }
 
-    /// A node whose children follow later: files name nodes in any order.
+    /// Adds a node whose children are set later, because files name nodes in any order.
     pub fn declare_node(&mut self, name: &str) -> NodeId {
         let nodes = &mut self.tables.nodes;
         nodes.names.set(nodes.children.len() as u32, name);
@@ -166,6 +175,7 @@ impl SceneBuilder {
         NodeId(nodes.children.len() as u32 - 1)
     }
 
+    /// Sets the children of a node.
     pub fn set_children(&mut self, node: NodeId, children: &[Edge]) {
         let first = self.tables.edges.len() as u32;
         for edge in children {
@@ -174,14 +184,14 @@ impl SceneBuilder {
         self.tables.nodes.children[node.index()] = first..self.tables.edges.len() as u32;
     }
 
-    /// A root: what is seen in the world.
+    /// Adds a root of the graph, which places a shape or a node in the world.
     pub fn instance(&mut self, name: &str, edge: Edge) {
         let row = self.tables.roots.len() as u32;
         self.tables.root_names.set(row, name);
         self.tables.roots.push(edge);
     }
 
-    /// Checks every table once.
+    /// Checks every table once, and returns the scene.
     pub fn finish(mut self) -> Result<Scene, SceneError> {
         check(&mut self.tables)?;
         Ok(Scene {
@@ -192,7 +202,7 @@ impl SceneBuilder {
 
 macro_rules! builder {
     ($([$kind:ident $field:ident $table:ident $id:ident $name:literal $number:literal $($function:ident)?])*) => {
-        /// Kinds whose rows are given whole.
+        /// Functions for the kinds whose row is one value.
         impl SceneBuilder {
             $($(
                 pub fn $function(&mut self, name: &str, row: geom::$kind) -> ShapeId {

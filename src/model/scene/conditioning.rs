@@ -1,34 +1,33 @@
 //! Conditioning: how much roundings in one space amount to in another.
 
-use super::{Shape, ShapeId, Tables};
 use crate::math::Affine;
 
 /// The amplification of relative roundings of coordinates by a map and its inverse: element
 /// (r, c) is the share of coordinate c in coordinate r, |M⁻¹|·|M|. Its ∞-norm is the
 /// condition number of Bauer and Skeel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Blur([[f64; 3]; 3]);
+pub struct Conditioning([[f64; 3]; 3]);
 
-impl Blur {
+impl Conditioning {
     /// No amplification, for a shape in the space itself.
-    pub const NONE: Blur = Blur([[0.0; 3]; 3]);
+    pub const NONE: Conditioning = Conditioning([[0.0; 3]; 3]);
 
     /// Returns the amplification as seen from outside the space that `outward` leads out of
     /// and `inward` leads into, where this is the amplification in that space. The
     /// roundings of the maps count once.
-    pub fn through(&self, inward: &Affine, outward: &Affine) -> Blur {
+    pub fn through(&self, inward: &Affine, outward: &Affine) -> Conditioning {
         let (to, from) = (inward.linear(), outward.linear());
         let middle = |r: usize, k: usize| self.0[r][k] + f64::from(u8::from(r == k));
         let inner =
             |r: usize, c: usize| -> f64 { (0..3).map(|k| middle(r, k) * to[c][k].abs()).sum() };
         let outer = |r: usize, c: usize| (0..3).map(|k| from[k][r].abs() * inner(k, c)).sum();
-        Blur([0, 1, 2].map(|r| [0, 1, 2].map(|c| outer(r, c))))
+        Conditioning([0, 1, 2].map(|r| [0, 1, 2].map(|c| outer(r, c))))
     }
 
     /// Returns the elementwise maximum, for several shapes in one space.
-    pub fn max(&self, other: &Blur) -> Blur {
+    pub fn max(&self, other: &Conditioning) -> Conditioning {
         let element = |r: usize, c: usize| greater(self.0[r][c], other.0[r][c]);
-        Blur([0, 1, 2].map(|r| [0, 1, 2].map(|c| element(r, c))))
+        Conditioning([0, 1, 2].map(|r| [0, 1, 2].map(|c| element(r, c))))
     }
 
     /// Returns the ∞-norm: how much the largest coordinate counts. It is 1 where axes are
@@ -37,17 +36,6 @@ impl Blur {
     pub fn norm(&self) -> f64 {
         let rows = self.0.map(|row| row.iter().sum::<f64>());
         rows.into_iter().fold(0.0, greater)
-    }
-}
-
-impl Tables {
-    /// Returns the amplification in a shape's own inner spaces: those of a CSG solid's
-    /// operands.
-    pub fn conditioning_of(&self, shape: ShapeId) -> Blur {
-        match self.shapes.row(shape) {
-            Shape::Csg(id) => self.csg.blur[id.index()],
-            _ => Blur::NONE,
-        }
     }
 }
 
@@ -62,7 +50,7 @@ mod tests {
     use glam::{DAffine3, DVec3};
 
     fn norm(map: DAffine3) -> f64 {
-        Blur::NONE
+        Conditioning::NONE
             .through(&map.inverse().into(), &map.into())
             .norm()
     }
@@ -81,18 +69,19 @@ mod tests {
     fn blurs_of_spaces_in_spaces_add_up() {
         let turn = DAffine3::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 0.8);
         let needle = DAffine3::from_scale(DVec3::new(1e4, 1.0, 1.0));
-        let through = |blur: Blur, map: DAffine3| blur.through(&map.inverse().into(), &map.into());
-        let turned = through(Blur::NONE, turn);
+        let through =
+            |blur: Conditioning, map: DAffine3| blur.through(&map.inverse().into(), &map.into());
+        let turned = through(Conditioning::NONE, turn);
         // A rotated shape in a needle, and a needle in a rotated space.
         assert!(through(turned, needle).norm() > 1e3);
-        assert!(through(through(Blur::NONE, needle), turn).norm() < 8.0);
-        assert_eq!(turned.max(&Blur::NONE), turned);
+        assert!(through(through(Conditioning::NONE, needle), turn).norm() < 8.0);
+        assert_eq!(turned.max(&Conditioning::NONE), turned);
     }
 
     #[test]
     fn what_is_no_number_is_more_than_any() {
-        let wild = Blur([[f64::NAN; 3]; 3]);
-        assert!(wild.max(&Blur::NONE).norm().is_nan());
-        assert!(Blur::NONE.max(&wild).norm().is_nan());
+        let wild = Conditioning([[f64::NAN; 3]; 3]);
+        assert!(wild.max(&Conditioning::NONE).norm().is_nan());
+        assert!(Conditioning::NONE.max(&wild).norm().is_nan());
     }
 }

@@ -1,23 +1,17 @@
 //! Boxes of CSG solids and of their operands.
 
-use super::check::{children_first, used_nodes};
+use super::conditioning::Conditioning;
 use super::csg_solid::{CsgOperand, CsgSolid, Frame, Step, unfolded_counts};
+use super::graph_order::{children_first, used_nodes};
 use super::ids::CsgId;
+use super::primitives::shape_bounds;
 use super::shapes::Shape;
-use super::{Blur, Operand, Tables, Target, shape_bounds};
+use super::{Operand, Tables, Target};
 use crate::csg::Operator;
 use crate::geom::HalfSpace;
 use crate::geom::hull::of_planes;
 use crate::math::{Aabb, Affine};
 use glam::DVec3;
-
-/// Returns the origin of the space of a shape's own numbers.
-pub(super) fn center(tables: &Tables, shape: Shape) -> DVec3 {
-    match shape {
-        Shape::Mesh(id) => tables.meshes.center[id.index()],
-        _ => DVec3::ZERO,
-    }
-}
 
 /// Returns the box around an operand, in the space of the CSG solid that it belongs to.
 pub fn operand_bounds(tables: &Tables, operand: &Operand) -> Option<Aabb> {
@@ -37,11 +31,14 @@ const UNSEEN: u64 = 1 << 16;
 /// Returns the boxes of CSG solids, `None` for those without bounds, and the conditioning
 /// of their operands' spaces. Solids that instances place have them, and others as far as
 /// `UNSEEN` allows. `order` lists operands first.
-pub(super) fn csg_bounds_of(tables: &Tables, order: &[u32]) -> (Vec<Option<Aabb>>, Vec<Blur>) {
+pub(super) fn csg_bounds_of(
+    tables: &Tables,
+    order: &[u32],
+) -> (Vec<Option<Aabb>>, Vec<Conditioning>) {
     let count = tables.csg.len();
     let appears = appearing(tables);
     let counts = unfolded_counts(tables, order, 1, |_| 1);
-    let (mut bounds, mut blur) = (vec![None; count], vec![Blur::NONE; count]);
+    let (mut bounds, mut conditioning) = (vec![None; count], vec![Conditioning::NONE; count]);
     let mut unseen = 0_u64;
     for row in order {
         let row = *row as usize;
@@ -52,13 +49,13 @@ pub(super) fn csg_bounds_of(tables: &Tables, order: &[u32]) -> (Vec<Option<Aabb>
             let (solid, steps) = CsgSolid::with_steps(tables, CsgId(row as u32));
             bounds[row] = around(tables, &solid, &steps);
             let of_frame = |frame: &Frame| {
-                Blur::NONE.through(&frame.operand_from_solid, &frame.solid_from_operand)
+                Conditioning::NONE.through(&frame.operand_from_solid, &frame.solid_from_operand)
             };
             let frames = solid.frames.iter().skip(1).map(of_frame);
-            blur[row] = frames.fold(Blur::NONE, |most, own| most.max(&own));
+            conditioning[row] = frames.fold(Conditioning::NONE, |most, own| most.max(&own));
         }
     }
-    (bounds, blur)
+    (bounds, conditioning)
 }
 
 /// Marks the CSG solids that instances place, and not those that are only operands.

@@ -3,10 +3,10 @@
 //! The unfolded solid is derived from the scene's tables and never stored in them. Nothing
 //! recurses, because operators may be nested a hundred thousand deep.
 
-use super::csg_bounds::center;
 use super::ids::{CsgId, MaterialId, ShapeId};
+use super::primitives::{shape_bounds, shape_center};
 use super::shapes::Shape;
-use super::{Operand, Tables, shape_bounds};
+use super::{Operand, Tables};
 use crate::csg::{Builder, Operator, Place, Program};
 use crate::math::{Aabb, Affine};
 use glam::{DAffine3, DVec3};
@@ -215,7 +215,7 @@ impl<'t> Unfold<'t> {
                 leaf => {
                     self.steps.push(Step::Operand);
                     self.builder.operand(place);
-                    let center = center(self.tables, leaf);
+                    let center = shape_center(self.tables, leaf);
                     let frame = self.about(frame, center);
                     let bounds = self.bounds(shape, frame, center);
                     self.operands.push(CsgOperand {

@@ -2,7 +2,7 @@
 //! and may be CSG solids themselves. Like nodes they form a DAG;
 //! [`CsgSolid`](super::CsgSolid) is derived by unfolding it.
 
-use super::Blur;
+use super::conditioning::Conditioning;
 use super::ids::{CsgId, MaterialId, ShapeId, TransformId};
 use crate::csg::Operator;
 use crate::math::Aabb;
@@ -20,6 +20,7 @@ pub struct Operand {
 }
 
 impl Operand {
+    /// Makes an operand without a transform or a material.
     pub fn shape(shape: ShapeId) -> Operand {
         Operand {
             shape,
@@ -40,23 +41,26 @@ impl Operand {
     }
 }
 
+/// The columns of CSG solids. The row of a solid is its [`CsgId`].
 #[derive(Clone, Debug, Default)]
 pub struct CsgTables {
+    /// Per solid: its operator.
     pub operator: Vec<Operator>,
-    /// Per solid: its range of [`CsgTables::operands`].
+    /// Per solid: the range of its operands in `operands`.
     pub operands_of: Vec<Range<u32>>,
     /// Per solid: the material of all its surfaces, which overrides those of operands.
     pub material: Vec<Option<MaterialId>>,
     /// Per solid: how far apart boundaries of different operands may lie and still be one
     /// event, in the solid's space (docs/SPEC.md, S49).
     pub tolerance: Vec<f64>,
+    /// The operands of all solids.
     pub operands: Vec<Operand>,
     /// Per solid: its box in object space, or `None` if it has no bounds. The scene's check
     /// fills the column.
     pub(super) bounds: Vec<Option<Aabb>>,
     /// Per solid: the conditioning of its operands' spaces, in object space. The scene's
     /// check fills the column.
-    pub(super) blur: Vec<Blur>,
+    pub(super) conditioning: Vec<Conditioning>,
 }
 
 impl CsgTables {
@@ -75,6 +79,7 @@ impl CsgTables {
         self.operands_of[id.index()] = first..self.operands.len() as u32;
     }
 
+    /// Returns the operands of a solid.
     #[inline(always)]
     pub fn operands(&self, id: CsgId) -> &[Operand] {
         let range = &self.operands_of[id.index()];

@@ -7,7 +7,7 @@
 
 use super::hull::coarse_corners;
 use super::primitives::shape_bounds;
-use super::{Camera, Instances, Light, Scene, Shape};
+use super::{Camera, Instances, Light, Shape, Tables};
 use crate::math::Aabb;
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -26,7 +26,7 @@ const HEADLIGHT: f64 = 0.65;
 const KEY: [f64; 3] = [-0.6, 0.7, 0.75];
 
 /// Returns a view of all bounded instances; `aspect` is width over height.
-pub fn default_camera(scene: &Scene, instances: &Instances, aspect: f64) -> Camera {
+pub fn default_camera(scene: &Tables, instances: &Instances, aspect: f64) -> Camera {
     let points = Points::of(scene, instances);
     let mut bounds = Aabb::EMPTY;
     points.each(|p| bounds = bounds.union(&Aabb::new(p, p)));
@@ -97,7 +97,7 @@ const VERTICES: u64 = 4_000_000;
 /// than may be laid out, the points are the corners of shared nodes' boxes.
 enum Points<'a> {
     Every {
-        scene: &'a Scene,
+        scene: &'a Tables,
         instances: &'a Instances,
         /// Boxes by shape, so that a shared shape is measured once.
         boxes: Vec<Option<Aabb>>,
@@ -107,7 +107,7 @@ enum Points<'a> {
 }
 
 impl<'a> Points<'a> {
-    fn of(scene: &'a Scene, instances: &'a Instances) -> Points<'a> {
+    fn of(scene: &'a Tables, instances: &'a Instances) -> Points<'a> {
         if instances.check_enumerable().is_err() {
             return Points::Corners(coarse_corners(scene));
         }
@@ -117,7 +117,7 @@ impl<'a> Points<'a> {
                 vertices += count * scene.meshes.row(*id).positions.len() as u64;
             }
         }
-        let shapes = (0..scene.shapes.len() as u32).map(super::ShapeId);
+        let shapes = (0..scene.shapes.len() as u32).map(super::ids::ShapeId);
         Points::Every {
             scene,
             instances,
@@ -161,7 +161,7 @@ impl<'a> Points<'a> {
 mod tests {
     use super::*;
     use crate::geom::{Cuboid, HalfSpace, Sphere};
-    use crate::scene::{Edge, Projection, SceneBuilder};
+    use crate::scene::{Edge, Projection, Scene, SceneBuilder};
 
     fn scene_of(center: DVec3, radius: f64) -> (Scene, Instances) {
         let mut scene = SceneBuilder::default();

@@ -1,14 +1,15 @@
 //! A global transform of the scene: a uniform scale and a shift.
 
-use super::check::{SceneError, check};
+use super::check::check;
+use super::error::SceneError;
 use super::{Camera, Edge, Edges, Falloff, Light, Names, NodeId, Projection, Scene, Tables};
 use crate::math::Affine;
 use glam::DVec3;
 use std::sync::Arc;
 
 impl Scene {
-    /// Returns the scene scaled about the world's origin, then moved. Instances get one
-    /// more node above the roots; cameras and lights change their numbers in f64. Instance
+    /// Returns the scene scaled about the world's origin, then moved. The roots become
+    /// children of one new node; cameras and lights change their numbers in f64. Instance
     /// ids stay, and so does the picture to within roundings. Returns an error where
     /// numbers leave f64.
     pub fn moved(self, scale: f64, offset: DVec3) -> Result<Scene, SceneError> {

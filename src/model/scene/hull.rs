@@ -5,7 +5,7 @@
 //! a default view; trees have bounds of their own.
 
 use super::Tables;
-use super::check::children_first;
+use super::graph_order::children_first;
 use super::ids::ShapeId;
 use super::nodes::{Edge, Target};
 use super::primitives::shape_bounds;

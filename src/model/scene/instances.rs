@@ -11,10 +11,12 @@
 //! log children). A scene of few instances also lays them out in [`Instances::rows`],
 //! which saves hot code the walk.
 
-use super::check::{SceneError, children_first};
+use super::conditioning::Conditioning;
+use super::error::SceneError;
+use super::graph_order::children_first;
 use super::ids::{MaterialId, NodeId, ShapeId, TransformId};
 use super::nodes::Target;
-use super::{Blur, Edge, Shape, Tables};
+use super::{Edge, Shape, Tables};
 use crate::math::Affine;
 use glam::DVec3;
 use std::borrow::Cow;
@@ -373,7 +375,7 @@ impl Placement {
     }
 
     /// Returns the conditioning of a shape at this place, seen from the world.
-    pub fn blur(&self, scene: &Tables, shape: ShapeId) -> Blur {
+    pub fn conditioning(&self, scene: &Tables, shape: ShapeId) -> Conditioning {
         let own = scene.conditioning_of(shape);
         own.through(&self.object_from_world, &self.world_from_object)
     }

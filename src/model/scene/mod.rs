@@ -13,7 +13,9 @@ mod csg_bounds;
 mod csg_solid;
 mod csg_tables;
 mod defaults;
+mod error;
 mod global_transform;
+mod graph_order;
 mod hull;
 mod ids;
 mod instances;
@@ -26,6 +28,7 @@ mod nodes;
 mod paths;
 mod primitives;
 mod shapes;
+mod tables;
 mod transforms;
 mod watertight;
 
@@ -34,14 +37,14 @@ pub use crate::geom::face::{Face, FaceKey};
 pub use builder::SceneBuilder;
 pub use builtin::builtin;
 pub use cameras::{Camera, Cameras, Projection, UnknownCamera};
-pub use check::{Entity, EntityKind, SceneError};
-pub use check::{children_first, used_nodes};
-pub use conditioning::Blur;
+pub use conditioning::Conditioning;
 pub use csg_bounds::operand_bounds;
 pub use csg_solid::operands_first;
 pub use csg_solid::{CsgOperand, CsgSolid, Frame, MAX_OPERANDS, MAX_SURFACES};
 pub use csg_tables::{CsgTables, Operand};
 pub use defaults::{default_camera, default_lights};
+pub use error::{Entity, EntityKind, SceneError};
+pub use graph_order::{children_first, used_nodes};
 pub use hull::coarse_corners;
 pub use ids::*;
 pub use instances::{
@@ -54,8 +57,9 @@ pub use meshes::{Mesh, MeshData, Meshes};
 pub use motion::{Key, Motions};
 pub use names::Names;
 pub use nodes::{Edge, Edges, Nodes, Target};
-pub use primitives::{faces_of, shape_bounds};
+pub use primitives::{faces_of, shape_bounds, shape_center};
 pub use shapes::{Shape, Shapes};
+pub use tables::Tables;
 pub use transforms::Transforms;
 pub use watertight::{Leaks, check_closed};
 
@@ -64,68 +68,13 @@ use crate::roots::Solver;
 use std::ops::Deref;
 use std::sync::Arc;
 
-macro_rules! tables {
+macro_rules! primitive_tables {
     ($([$kind:ident $field:ident $table:ident $($rest:tt)*])*) => {
         $(pub use crate::geom::$table;)*
-
-        /// Every table of a scene. Absent things are empty tables: no memory, no time.
-        #[derive(Clone, Debug, Default)]
-        pub struct Tables {
-            pub transforms: Transforms,
-            pub nodes: Nodes,
-            /// The children of all nodes.
-            pub edges: Edges,
-            /// The roots.
-            pub roots: Edges,
-            /// Names of the roots, by row of `roots`.
-            pub root_names: Names,
-
-            pub shapes: Shapes,
-            $(pub $field: $table,)*
-            pub meshes: Meshes,
-            pub csg: CsgTables,
-
-            pub materials: Materials,
-            pub lights: Vec<Light>,
-            pub cameras: Cameras,
-            /// Radiance where a ray meets nothing.
-            pub background: Rgb,
-        }
-
-        impl Tables {
-            /// Bytes of each table that holds anything, by name.
-            pub fn bytes(&self) -> Vec<(&'static str, usize)> {
-                let roots = self.roots.bytes() + self.root_names.bytes();
-                [
-                    ("transforms", self.transforms.bytes()),
-                    ("nodes", self.nodes.bytes() + self.edges.bytes()),
-                    ("instances", roots),
-                    ("shapes", self.shapes.bytes()),
-                    $((stringify!($field), self.$field.bytes()),)*
-                    ("meshes", self.meshes.bytes()),
-                    ("CSG solids", self.csg.bytes()),
-                    ("materials", self.materials.bytes()),
-                    ("lights", self.lights.len() * size_of::<Light>()),
-                    ("cameras", self.cameras.rows.len() * size_of::<Camera>()),
-                ]
-                .into_iter()
-                .filter(|(_, bytes)| *bytes > 0)
-                .collect()
-            }
-
-            /// The rows of a shape's own table.
-            pub(super) fn rows_like(&self, shape: Shape) -> usize {
-                match shape {
-                    $(Shape::$kind(_) => self.$field.len(),)*
-                    Shape::Mesh(_) => self.meshes.len(),
-                    Shape::Csg(_) => self.csg.len(),
-                }
-            }
-        }
     };
 }
 
-for_each_kind!(tables);
+for_each_kind!(primitive_tables);
 
 /// Checked tables. A scene reads like [`Tables`] and cannot be changed. Clones share the
 /// tables.

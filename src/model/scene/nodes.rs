@@ -28,6 +28,7 @@ pub struct Edge {
 }
 
 impl Edge {
+    /// Makes an edge to a shape, without a transform or a material.
     pub fn shape(shape: ShapeId) -> Edge {
         Edge {
             target: Target::Shape(shape),
@@ -36,6 +37,7 @@ impl Edge {
         }
     }
 
+    /// Makes an edge to a node, without a transform or a material.
     pub fn node(node: NodeId) -> Edge {
         Edge {
             target: Target::Node(node),
@@ -92,6 +94,7 @@ impl Edges {
     }
 }
 
+/// The table of nodes.
 #[derive(Clone, Debug, Default)]
 pub struct Nodes {
     /// Per node: the range of [`Tables::edges`](super::Tables) that are its children.

@@ -6,7 +6,7 @@
 //! over all paths to it. Paths that these bounds do not show to be regular may still be
 //! regular.
 
-use super::check::children_first;
+use super::graph_order::children_first;
 use super::ids::ShapeId;
 use super::nodes::Target;
 use super::{Edge, Tables};

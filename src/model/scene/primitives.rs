@@ -1,7 +1,9 @@
-//! Dispatch: what kinds of primitives say of themselves ([`Primitive`]), asked of a shape. One
-//! match over the kinds for each question, made from [`for_each_kind`].
+//! Dispatch of [`Primitive`]'s functions by a shape's kind. Each function is one match over the
+//! kinds, made by [`for_each_kind`].
 
-use super::{Shape, ShapeId, Tables};
+use super::conditioning::Conditioning;
+use super::ids::ShapeId;
+use super::{Shape, Tables};
 use crate::geom::exact::Solid;
 use crate::geom::face::Face;
 use crate::geom::guarded::{Ends, ObjectRay};
@@ -14,8 +16,8 @@ use glam::DVec3;
 
 macro_rules! dispatch {
     ($d:tt $([$kind:ident $field:ident $table:ident $($rest:tt)*])*) => {
-        /// An answer of the table and the id of a primitive; or another, of a mesh or a
-        /// CSG solid.
+        /// Evaluates an expression with the table and the id of a primitive, or another for a
+        /// mesh or a CSG solid.
         macro_rules! of_primitive {
             ($d tables:expr, $d shape:expr, ($d table:ident, $d id:ident) => $d answer:expr, $d other:expr) => {
                 match $d shape {
@@ -29,8 +31,8 @@ macro_rules! dispatch {
         }
 
         impl Shape {
-            /// How its boundaries are found, as an operand. Of meshes, whose triangles are
-            /// met one by one: any number. No CSG solid is an operand by itself.
+            /// Returns how the boundaries of an operand are found. A mesh has any number of
+            /// crossings. CSG solids are unfolded and never operands themselves.
             #[inline(always)]
             pub fn boundaries(self) -> Boundaries {
                 match self {
@@ -39,7 +41,7 @@ macro_rules! dispatch {
                 }
             }
 
-            /// What a hit's point is off by in lanes, of an operand.
+            /// Returns the kind of bound on an operand's hit points in lanes.
             #[inline(always)]
             pub fn blur(self) -> Blur {
                 match self {
@@ -49,7 +51,7 @@ macro_rules! dispatch {
                 }
             }
 
-            /// Met in lanes where the ray starts.
+            /// Returns whether lanes trace the shape from the ray's own start.
             #[inline(always)]
             pub fn is_flat(self) -> bool {
                 match self {
@@ -61,7 +63,7 @@ macro_rules! dispatch {
         }
 
         impl Tables {
-            /// A row of any table but those of meshes and CSG solids.
+            /// Returns a primitive's row for exact arithmetic; `None` for meshes and CSG solids.
             #[inline(always)]
             pub fn solid(&self, shape: Shape) -> Option<Solid<'_>> {
                 Some(match shape {
@@ -75,8 +77,8 @@ macro_rules! dispatch {
 
 for_each_kind!(dispatch $);
 
-/// The box around a shape, object space; `None` for those without bounds. Conservative: no
-/// point is left out.
+/// Returns a box in object space that contains every point of a shape; `None` if the shape has
+/// no bounds.
 pub fn shape_bounds(tables: &Tables, shape: ShapeId) -> Option<Aabb> {
     match tables.shapes.row(shape) {
         Shape::Mesh(id) => Some(geom::primitive::outward(tables.meshes.row(id).bounds())),
@@ -85,22 +87,41 @@ pub fn shape_bounds(tables: &Tables, shape: ShapeId) -> Option<Aabb> {
     }
 }
 
-/// Of a solid, numbered as by [`Ends`]; `None` where a face is but a point.
+/// Returns the point that a shape's own numbers count from: a mesh's centre, or the origin.
+pub fn shape_center(tables: &Tables, shape: Shape) -> DVec3 {
+    match shape {
+        Shape::Mesh(id) => tables.meshes.center[id.index()],
+        _ => DVec3::ZERO,
+    }
+}
+
+/// Returns the faces of a solid, numbered as by [`Ends`]; `None` for a face that is only a
+/// point.
 pub fn faces_of(tables: &Tables, shape: Shape) -> Vec<Option<Face>> {
     of_primitive!(tables, shape, (table, id) => table.faces(id), Vec::new())
 }
 
-/// No kernel's: neither a mesh nor a CSG solid is met as a primitive.
+/// Returns a certain miss, for meshes and CSG solids, which no primitive's kernel traces.
 fn nothing<L: Lanes>() -> Meet<L> {
     Meet::certain(L::Mask::splat(false), L::zero())
 }
 
 impl Tables {
+    /// Returns the amplification in a shape's own inner spaces: those of a CSG solid's
+    /// operands.
+    pub fn conditioning_of(&self, shape: ShapeId) -> Conditioning {
+        match self.shapes.row(shape) {
+            Shape::Csg(id) => self.csg.conditioning[id.index()],
+            _ => Conditioning::NONE,
+        }
+    }
+
+    /// Checks the row of a primitive.
     pub(super) fn flaw(&self, shape: Shape) -> Result<(), Flaw> {
         of_primitive!(self, shape, (table, id) => table.check(id), Ok(()))
     }
 
-    /// Why a shape cannot be an operand of CSG, as its row says.
+    /// Returns why a shape cannot be an operand of CSG, as far as its row tells.
     pub fn no_inside(&self, shape: Shape) -> Option<&'static str> {
         match shape {
             Shape::Mesh(id) => self.meshes.open[id.index()].then_some(geom::primitive::OPEN),
@@ -108,17 +129,18 @@ impl Tables {
         }
     }
 
-    /// Of what half-spaces bound, the planes' normals.
+    /// Returns the normals of the planes that bound a shape.
     pub fn plane_normals(&self, shape: Shape) -> Vec<DVec3> {
         of_primitive!(self, shape, (table, id) => table.plane_normals(id), Vec::new())
     }
 
-    /// Rings of corners at which a ray's answer turns.
+    /// Returns rings of corners along which a ray's answer changes.
     pub fn outlines(&self, shape: Shape) -> Vec<Vec<DVec3>> {
         of_primitive!(self, shape, (table, id) => table.outlines(id), Vec::new())
     }
 
-    /// The least extent, if bounds in lanes grow with it.
+    /// Returns the least extent of a shape, if bounds in lanes are relative to it
+    /// (docs/numerics/csg.md, K3).
     pub fn thickness(&self, shape: ShapeId) -> Option<f64> {
         let least = |b: Aabb| b.extent().min_element();
         let of_box = || Some(shape_bounds(self, shape).map_or(1.0, least));
@@ -183,7 +205,7 @@ impl Tables {
         of_primitive!(self, shape, (table, id) => table.ends(id, object, astray), none())
     }
 
-    /// [`Primitive::nearest`]; of what is no primitive, 0 and +y.
+    /// [`Primitive::nearest`]; 0 and +y for other shapes.
     #[inline(always)]
     pub fn nearest<D: Lanes<Scalar = f64>>(&self, shape: Shape, p: Vec3<D>) -> (D, Vec3<D>) {
         let up = || (D::zero(), Vec3::splat(DVec3::Y.to_array()));
@@ -206,7 +228,7 @@ impl Tables {
         of_primitive!(self, shape, (table, _id) => table.height((above, normal)), flat())
     }
 
-    /// [`Primitive::normals`]; of what is no primitive, +y.
+    /// [`Primitive::normals`]; +y for other shapes.
     #[inline(always)]
     pub fn normals<D: Lanes<Scalar = f64>>(&self, shape: Shape, p: Vec3<D>) -> Vec3<D> {
         let up = || Vec3::splat(DVec3::Y.to_array());

@@ -1,4 +1,4 @@
-//! Shapes: whatever can be placed, one row each, pointing into its own table.
+//! Shapes, which edges place: one row each, with the row of the kind's own table.
 
 use super::ids::*;
 use super::names::Names;
@@ -6,17 +6,18 @@ use crate::geom::kinds::for_each_kind;
 
 macro_rules! shapes {
     ($([$kind:ident $field:ident $table:ident $id:ident $name:literal $number:literal $($rest:tt)*])*) => {
+        /// A shape: its kind, and the row of the kind's table.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub enum Shape {
             $($kind($id),)*
             Mesh(MeshId),
-            /// Made of others.
+            /// A solid made of solids.
             Csg(CsgId),
         }
 
         impl Shape {
-            /// As messages and reports call it. A level set is an implicit to people: only
-            /// what it is written as differs.
+            /// Returns the name in messages and reports. A level set is called an implicit,
+            /// because users write both as equations.
             pub fn kind_name(self) -> &'static str {
                 match self {
                     $(Shape::$kind(_) => $name,)*
@@ -25,7 +26,7 @@ macro_rules! shapes {
                 }
             }
 
-            /// A number per kind: what runs of equal kinds are sorted by.
+            /// Returns the number of the kind, by which entries are sorted into runs.
             pub fn kind(self) -> u8 {
                 match self {
                     $(Shape::$kind(_) => $number,)*
@@ -34,7 +35,7 @@ macro_rules! shapes {
                 }
             }
 
-            /// The row of the kind's own table.
+            /// Returns the row of the kind's own table.
             pub(super) fn row_number(self) -> u32 {
                 match self {
                     $(Shape::$kind(id) => id.0,)*
@@ -48,6 +49,7 @@ macro_rules! shapes {
 
 for_each_kind!(shapes);
 
+/// The table of shapes.
 #[derive(Clone, Debug, Default)]
 pub struct Shapes {
     pub rows: Vec<Shape>,

@@ -15,7 +15,7 @@ fn neighbours_share_their_vertices() {
     let meshes = soup(&bowl());
     let tree = build(&meshes);
     check(&tree, &row(&meshes));
-    let (shared, all) = (tree.blocks.shared.len(), tree.blocks.len());
+    let (shared, all) = (tree.blocks.indexed.len(), tree.blocks.len());
     assert!(shared as f64 > 0.8 * all as f64, "{shared} of {all}");
     // A block with all corners has 40 bytes for each of its triangles.
     let bytes = tree.blocks.bytes() as f64 / (1 << 15) as f64;
@@ -27,9 +27,9 @@ fn triangles_apart_keep_their_corners() {
     let meshes = soup(&cloud(3000));
     let blocks = build(&meshes).blocks;
     let full = |sources: &[u32]| sources.iter().filter(|s| **s != u32::MAX).count() * 3;
-    assert!(blocks.shared.iter().all(|b| full(&b.source) <= VERTICES));
-    assert!(blocks.apart.iter().all(|b| full(&b.source) > VERTICES));
-    assert!(!blocks.apart.is_empty());
+    assert!(blocks.indexed.iter().all(|b| full(&b.source) <= VERTICES));
+    assert!(blocks.unindexed.iter().all(|b| full(&b.source) > VERTICES));
+    assert!(!blocks.unindexed.is_empty());
 }
 
 /// Zeros that are equal, and have not the same bits.
@@ -47,7 +47,7 @@ fn zeros_keep_their_signs() {
         .collect();
     let meshes = soup(&triangles);
     let tree = build(&meshes);
-    assert_eq!(tree.blocks.shared.len(), 1);
+    assert_eq!(tree.blocks.indexed.len(), 1);
     check(&tree, &row(&meshes));
 }
 
@@ -70,7 +70,7 @@ fn a_heap_of_triangles_is_one_leaf() {
 fn a_refit_may_tear_neighbours_apart() {
     let mut meshes = soup(&bowl());
     let mut tree = build(&meshes);
-    let (built, apart) = (mesh_bits(&tree), tree.blocks.apart.len());
+    let (built, apart) = (mesh_bits(&tree), tree.blocks.unindexed.len());
     refit(&mut tree, &row(&meshes));
     assert!(mesh_bits(&tree) == built);
     // In one corner.
@@ -81,9 +81,9 @@ fn a_refit_may_tear_neighbours_apart() {
     }
     refit(&mut tree, &row(&meshes));
     check(&tree, &row(&meshes));
-    let now = tree.blocks.apart.len();
+    let now = tree.blocks.unindexed.len();
     assert!(
-        now > apart + 300 / WIDE && !tree.blocks.shared.is_empty(),
+        now > apart + 300 / WIDE && !tree.blocks.indexed.is_empty(),
         "{apart} {now}"
     );
 }

@@ -151,12 +151,12 @@ pub fn bits(tree: &WideBvh) -> Vec<u32> {
 
 pub fn mesh_bits(tree: &WideBlas) -> Vec<u32> {
     let mut all = bits(&tree.tree);
-    for block in &tree.blocks.shared {
+    for block in &tree.blocks.indexed {
         all.extend(block.vertex.as_flattened().iter().map(|x| x.to_bits()));
-        all.extend(block.at.as_flattened().iter().map(|i| u32::from(*i)));
+        all.extend(block.index.as_flattened().iter().map(|i| u32::from(*i)));
         all.extend(block.source);
     }
-    for block in &tree.blocks.apart {
+    for block in &tree.blocks.unindexed {
         let corners = block.corner.as_flattened().as_flattened();
         all.extend(corners.iter().map(|x| x.to_bits()));
         all.extend(block.source);

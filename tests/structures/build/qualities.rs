@@ -82,7 +82,7 @@ fn qualities_show_the_same_picture() {
         };
         let rendered = render(&view, &config, false, &Progress::default()).unwrap();
         assert!(rendered.counts.primary_hits > 3000);
-        let meshes = world.levels.blas_figures();
+        let meshes = world.accelerator.blas_figures();
         let cost: f64 = meshes.iter().map(|mesh| mesh.sah).sum();
         (hash(&rendered), cost)
     };

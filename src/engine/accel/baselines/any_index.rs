@@ -106,7 +106,7 @@ impl AnyIndex {
             (AnyIndex::HeapSpheres(heap), S::Heap(queue)) => {
                 heap.walk(slabs, t_min, limit, queue, count, leaf)
             }
-            _ => unreachable!("all structures of a levels are of one kind"),
+            _ => unreachable!("all structures of a world are of one kind"),
         }
     }
 }

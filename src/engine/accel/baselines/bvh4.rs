@@ -1,13 +1,12 @@
-//! The bounding-volume hierarchy: four-wide nodes in one array, leaves as
-//! ranges, and the one walk that every query takes.
+//! The four-wide bounding-volume hierarchy of the comparisons: nodes in one array, leaves as
+//! ranges, and one traversal for all queries.
 //!
-//! Packets in lanes: each of a node's boxes against all rays at once; children
-//! go on the stack farthest first, with every lane's entry t, so that a lane
-//! whose limit has shrunk meanwhile stays out. The order in which boxes are
-//! visited changes no answer (ties are broken by id in the query), so it is
-//! chosen by one lane alone.
+//! Packets lie in lanes. Each box of a node is tested against all rays at once. Children go
+//! on the stack farthest first, with every lane's entry t, so that a lane whose limit has
+//! shrunk meanwhile stays out. The order of boxes changes no answer, because the query
+//! breaks ties by id; so one lane alone chooses it.
 //!
-//! Checked against the linear scan by tests/structures/accel.rs, hit by hit and bit by bit.
+//! Checked against the linear scan by tests/structures/accel.rs, bit by bit.
 
 use super::count::Count;
 use super::index::{Figures, Index, Leaf};
@@ -15,11 +14,11 @@ use crate::accel::slabs::Slabs;
 use crate::math::Aabb32;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 
-/// Children per node.
+/// The children of a node.
 pub const WIDTH: usize = 4;
-/// Levels that the builder never exceeds, and the stack allows for.
+/// The most levels of a built tree, for which the stack has room.
 pub(super) const MAX_DEPTH: usize = 64;
-/// What a walk may leave on the stack, per tree.
+/// The most entries on the stack of one traversal.
 const STACK: usize = MAX_DEPTH * (WIDTH - 1) + 1;
 
 /// A node's child: another node, or a leaf's range of entries.
@@ -28,9 +27,9 @@ pub struct Child(u32);
 
 impl Child {
     const LEAF: u32 = 1 << 31;
-    /// Entries that a leaf of a built tree may hold.
+    /// The most entries in a leaf of a built tree.
     pub const MAX_LEAF: usize = 15;
-    /// The scene's check lets no mesh have more triangles.
+    /// The most entries of a tree. The scene's check allows a mesh no more triangles.
     pub const MAX_ENTRIES: usize = 1 << 27;
 
     pub fn node(index: usize) -> Child {
@@ -47,19 +46,19 @@ impl Child {
         self.0 & Child::LEAF != 0
     }
 
-    /// Entries of a leaf; `None` for a node.
+    /// Returns the number of entries of a leaf; `None` for a node.
     pub fn leaf_len(self) -> Option<usize> {
         self.is_leaf().then(|| self.range().1)
     }
 
-    /// The same, as a range.
+    /// Returns the range of entries of a leaf; `None` for a node.
     #[inline(always)]
     pub fn leaf_range(self) -> Option<std::ops::Range<usize>> {
         let (first, count) = self.range();
         self.is_leaf().then_some(first..first + count)
     }
 
-    /// A node's index; of no meaning for a leaf.
+    /// Returns the index of a node; meaningless for a leaf.
     #[inline(always)]
     pub fn index(self) -> usize {
         self.0 as usize
@@ -74,7 +73,7 @@ impl Child {
     }
 }
 
-/// Two cache lines: the boxes by axis, then what they contain.
+/// A node, in two cache lines: the children's boxes by axis, then the children.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct Node {
@@ -84,20 +83,20 @@ pub struct Node {
     pub count: u32,
 }
 
-/// A tree over entries `0..len`, in the order that the builder gave them.
+/// A tree over entries `0..len`, in the builder's order.
 #[derive(Clone, Debug)]
 pub struct Bvh4 {
-    /// The root first; none where the tree is a plain list.
+    /// The nodes, the root first; none if the tree is a plain list.
     pub nodes: Vec<Node>,
     pub bounds: Aabb32,
     pub len: usize,
-    /// Expected cost of a random ray, in primitive tests (surface area
-    /// heuristic).
+    /// The expected cost of a random ray that meets the root, in primitive tests (surface
+    /// area heuristic).
     pub sah: f64,
 }
 
 impl Bvh4 {
-    /// The entries of each leaf; `None` where the tree is a plain list.
+    /// Returns the range of entries of each leaf; `None` if the tree is a plain list.
     pub fn leaves(&self) -> Option<Vec<std::ops::Range<usize>>> {
         if self.nodes.is_empty() {
             return None;
@@ -110,7 +109,7 @@ impl Bvh4 {
         Some(leaves.collect())
     }
 
-    /// Levels of nodes and the leaves below them.
+    /// Returns the number of levels of nodes.
     fn depth(&self) -> usize {
         let mut deepest = 0;
         let mut open = vec![(0, 1)];
@@ -178,7 +177,7 @@ impl Index for Bvh4 {
         let mut here = t_min.le(limit);
         loop {
             counter.node(here);
-            // Every child box against every lane.
+            // Test every child's box against every lane.
             let base = top;
             for i in 0..node.count as usize {
                 let at = |b: &[[f32; WIDTH]; 3]| [b[0][i], b[1][i], b[2][i]];
@@ -189,7 +188,7 @@ impl Index for Bvh4 {
                 if bits == 0 {
                     continue;
                 }
-                // Insert by the first lane's entry, farthest lowest.
+                // Insert by the entry t of the first active lane, the farthest lowest.
                 let key = enter.lane(bits.trailing_zeros() as usize);
                 let mut place = top;
                 while place > base && stack.key[place - 1] < key {
@@ -201,7 +200,7 @@ impl Index for Bvh4 {
                 stack.enter[place] = L::select(reached, enter, L::splat(L::Scalar::INFINITY));
                 top += 1;
             }
-            // The nearest entry that some lane can still use.
+            // Take the nearest child that some lane still reaches.
             loop {
                 if top == 0 {
                     return limit;
@@ -226,8 +225,8 @@ impl Index for Bvh4 {
 }
 
 impl Bvh4 {
-    /// Calls `leaf` with the range of every leaf that some ray may meet between its
-    /// `t_min` and `limit`, in no order.
+    /// Calls `leaf(first, count)` for every leaf that some ray may meet between its `t_min`
+    /// and `limit`, in no order.
     #[inline(always)]
     pub fn leaves_along<L: Lanes>(
         &self,
@@ -265,7 +264,7 @@ impl Bvh4 {
     }
 }
 
-/// Room for one walk, reused from packet to packet.
+/// The stack of one traversal, reused from packet to packet.
 pub struct Stack<L: Lanes> {
     child: [Child; STACK],
     key: [L::Scalar; STACK],

@@ -1,28 +1,28 @@
-//! Building trees by the surface area heuristic (Goldsmith and Salmon 1987;
-//! binned: Wald, On fast Construction of SAH-based Bounding Volume Hierarchies,
-//! 2007), then collapsing pairs of levels into four-wide nodes, largest area
-//! first (Wald, Benthin, Boulos 2008).
+//! The builder of four-wide trees. A binary tree is built by the binned surface area
+//! heuristic (Goldsmith and Salmon 1987; Wald, On fast Construction of SAH-based Bounding
+//! Volume Hierarchies, 2007); then its nodes are collapsed into four-wide ones, the largest
+//! area first (Wald, Benthin, Boulos 2008).
 //!
-//! Deterministic: no step depends on threads or hashing, and equal costs go to
-//! the first split. Depth is bounded: deep down, ranges are halved.
+//! The builder is deterministic: no step depends on threads or hashing, and of equal costs
+//! the first split is taken. Depth is bounded, because ranges far down are halved.
 
 use super::bvh4::{Bvh4, Child, MAX_DEPTH, Node, WIDTH};
 use crate::math::Aabb32;
 use std::ops::Range;
 
-/// What the builder aims at.
+/// The parameters of the builder.
 #[derive(Clone, Copy, Debug)]
 pub struct Bvh4Quality {
-    /// Cost of a node's box tests, in primitive tests.
+    /// The cost of a node's box tests, in primitive tests.
     pub node_cost: f32,
-    /// Entries per leaf at most, 1 to [`Child::MAX_LEAF`].
+    /// The most entries of a leaf, 1 to [`Child::MAX_LEAF`].
     pub max_leaf: usize,
-    /// At least 2.
+    /// The number of bins on each axis, at least 2.
     pub bins: usize,
 }
 
-/// Measured on dragon_202k: packets spend about as long on four boxes as on one
-/// triangle (docs/BENCHMARKS.md).
+/// The costs are measured on dragon_202k: packets take about as long for four boxes as for
+/// one triangle.
 impl Default for Bvh4Quality {
     fn default() -> Bvh4Quality {
         Bvh4Quality {
@@ -33,7 +33,7 @@ impl Default for Bvh4Quality {
     }
 }
 
-/// A list without nodes: every entry is tested.
+/// Makes a list without nodes, of which every entry is tested.
 pub fn linear(boxes: &[Aabb32]) -> Bvh4 {
     Bvh4 {
         nodes: Vec::new(),
@@ -43,7 +43,7 @@ pub fn linear(boxes: &[Aabb32]) -> Bvh4 {
     }
 }
 
-/// The tree, and for each of its entries the box that it came from.
+/// Builds a tree over boxes, and returns it with the order of the boxes in its leaves.
 pub fn build(boxes: &[Aabb32], quality: &Bvh4Quality) -> (Bvh4, Vec<u32>) {
     assert!(boxes.len() <= Child::MAX_ENTRIES);
     let quality = &Bvh4Quality {
@@ -62,6 +62,7 @@ pub fn build(boxes: &[Aabb32], quality: &Bvh4Quality) -> (Bvh4, Vec<u32>) {
     (tree, order)
 }
 
+/// Returns the box around all boxes.
 fn around(boxes: &[Aabb32]) -> Aabb32 {
     boxes.iter().fold(Aabb32::EMPTY, |all, b| all.union(b))
 }
@@ -70,10 +71,11 @@ fn around(boxes: &[Aabb32]) -> Aabb32 {
 struct Binary {
     bounds: Aabb32,
     range: Range<usize>,
-    /// First of two children; 0 for a leaf.
+    /// The first of two children; 0 for a leaf.
     children: usize,
 }
 
+/// Builds the binary tree, and sorts `order` into the order of its leaves.
 fn split_all(boxes: &[Aabb32], order: &mut [u32], quality: &Bvh4Quality) -> Vec<Binary> {
     let whole = |range: Range<usize>, order: &[u32]| Binary {
         bounds: order[range.clone()]
@@ -91,7 +93,7 @@ fn split_all(boxes: &[Aabb32], order: &mut [u32], quality: &Bvh4Quality) -> Vec<
         }
         let bounds = nodes[node].bounds;
         let split = if depth >= MAX_DEPTH - 32 {
-            // Halving from here on needs at most 27 levels more.
+            // Halving takes at most 27 more levels.
             (range.len() > quality.max_leaf).then(|| range.len() / 2)
         } else {
             best_split(boxes, &mut order[range.clone()], &bounds, quality)
@@ -108,13 +110,15 @@ fn split_all(boxes: &[Aabb32], order: &mut [u32], quality: &Bvh4Quality) -> Vec<
     nodes
 }
 
+/// The box and the number of the entries in one bin.
 #[derive(Clone, Copy)]
 struct Bin {
     bounds: Aabb32,
     count: usize,
 }
 
-/// Where to cut the range (which is reordered for it); `None` makes a leaf.
+/// Finds the cheapest cut of a range and reorders the range for it; `None` if the range
+/// becomes a leaf.
 fn best_split(
     boxes: &[Aabb32],
     order: &mut [u32],
@@ -148,7 +152,7 @@ fn best_split(
     };
     for axis in 0..3 {
         let scale = scale_of(axis);
-        // No extent, or one too large or small for f32: nothing to bin by.
+        // An axis without extent, or with one too large or too small for f32, has no bins.
         if !(scale.is_finite() && scale > 0.0) {
             continue;
         }
@@ -192,7 +196,8 @@ fn best_split(
     Some(partition(order, |i| bin_of(i, axis, scale) < bin))
 }
 
-/// Stable on neither side, but the same for the same input.
+/// Moves the entries that go left to the front, and returns their number. It is stable on
+/// neither side, but deterministic.
 fn partition(order: &mut [u32], left: impl Fn(u32) -> bool) -> usize {
     let mut first = 0;
     let mut last = order.len();
@@ -207,7 +212,8 @@ fn partition(order: &mut [u32], left: impl Fn(u32) -> bool) -> usize {
     first
 }
 
-/// Four-wide nodes: each takes in the inner children of largest area.
+/// Collapses the binary tree into four-wide nodes; each opens inner children of the largest
+/// area until it has four.
 fn collapse(binary: &[Binary], tree: &mut Bvh4) {
     let empty = Node {
         min: [[0.0; WIDTH]; 3],
@@ -251,7 +257,7 @@ fn collapse(binary: &[Binary], tree: &mut Bvh4) {
     }
 }
 
-/// Σ area·cost / root area, over nodes and leaves.
+/// Returns the expected cost Σ area·cost / root area, over nodes and leaves.
 fn expected_cost(tree: &Bvh4, quality: &Bvh4Quality) -> f64 {
     let whole = f64::from(tree.bounds.half_area());
     let mut cost = f64::from(quality.node_cost);

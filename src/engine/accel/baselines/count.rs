@@ -1,20 +1,21 @@
-//! What a query did: steps through a structure, leaves, primitive tests.
+//! Counts of a query's work: steps through a structure, leaves, primitive tests.
 //!
-//! Comparison structures are handed a [`Count`], which counts where somebody asks
-//! and costs a branch a step where nobody does. Its methods take `&self`, since a walk
-//! and the leaf that it calls count into the same [`Counter`].
+//! Comparison structures are given a [`Count`], which counts into a [`Counter`] if it has
+//! one and costs a branch a step if not. Its methods take `&self`, because a traversal and
+//! the leaf that it calls count into the same counter.
 
 use crate::math::lanes::Mask;
 use std::cell::Cell;
 
-/// Sums over packets. At one lane, those of the literature: per ray.
+/// Sums over packets. At one lane they are the counts per ray of the literature.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     pub nodes: u64,
     pub leaves: u64,
     pub tests: u64,
+    /// Tests that mailboxes saved.
     pub spared: u64,
-    /// The same in rays: each step counts once for each of its lanes.
+    /// Steps, each counted once for each of its lanes; likewise leaves and tests.
     pub node_lanes: u64,
     pub leaf_lanes: u64,
     pub test_lanes: u64,
@@ -32,7 +33,7 @@ impl std::ops::AddAssign for Counts {
     }
 }
 
-/// Counts of one thread.
+/// The counts of one thread.
 #[derive(Debug, Default)]
 pub struct Counter(Cell<Counts>);
 
@@ -49,24 +50,25 @@ impl Counter {
     }
 }
 
+/// Returns the number of lanes that are set.
 #[inline(always)]
 fn on<M: Mask>(lanes: M) -> u64 {
     u64::from(lanes.bits().count_ones())
 }
 
-/// Where a walk counts, if anywhere.
+/// The counter of a traversal, if it has one.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Count<'a>(pub Option<&'a Counter>);
 
 impl Count<'_> {
-    /// Whether anything is counted at all.
+    /// Returns whether anything is counted.
     #[inline(always)]
     pub fn is_on(self) -> bool {
         self.0.is_some()
     }
 
-    /// Counts a step: the boxes of a node, a plane, a cell, an element of a queue.
-    /// `lanes`: those that it is made for.
+    /// Counts a step for `lanes`: the boxes of a node, a plane, a cell, or an element of a
+    /// queue.
     #[inline(always)]
     pub fn node<M: Mask>(self, lanes: M) {
         if let Some(counter) = self.0 {
@@ -99,7 +101,7 @@ impl Count<'_> {
         }
     }
 
-    /// Counts tests that were not made, since the packet had met the primitives before.
+    /// Counts tests that were not made, because the packet had tested the primitives before.
     #[inline(always)]
     pub fn spared(self, primitives: usize) {
         if let Some(counter) = self.0 {

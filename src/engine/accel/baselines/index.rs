@@ -1,10 +1,9 @@
-//! What all comparison structures have in common: they order entries, and packets walk
-//! them.
+//! The interface of comparison structures: an order of entries, and a traversal by packets.
 //!
-//! An [`Index`] stands over entries `0..len`, of which it knows boxes (and, of
-//! triangles, corners) while it is built, and only numbers afterwards. It hands
-//! packets of entries to a [`Leaf`] that it does not know, by an indirect call a leaf, so
-//! that each structure is compiled once a width, whatever is asked.
+//! An [`Index`] is over entries `0..len`. While it is built it knows their boxes, and of
+//! triangles the corners; afterwards it knows only their numbers. It passes entries to a
+//! [`Leaf`] by one indirect call per leaf, so that each structure is compiled once per lane
+//! width, whatever the query (docs/decisions/022-indirect-leaves.md).
 
 use super::count::Count;
 use crate::accel::slabs::Slabs;
@@ -13,16 +12,16 @@ use crate::math::Aabb32;
 use crate::math::lanes::Lanes;
 use serde::Serialize;
 
-/// What a structure is built over.
+/// The primitives that a structure is built over.
 #[derive(Clone, Copy)]
 pub struct Primitives<'a> {
     pub boxes: &'a [Aabb32],
-    /// Of triangles; each box is then the smallest around its corners.
+    /// The corners of triangles; each box is then the smallest around its corners.
     pub corners: Option<&'a [Corners]>,
 }
 
 impl Primitives<'_> {
-    /// Around all.
+    /// Returns the box around all primitives.
     pub fn bounds(&self) -> Aabb32 {
         let boxes = self.boxes.iter();
         boxes.fold(Aabb32::EMPTY, |all, b| all.union(b))
@@ -32,49 +31,45 @@ impl Primitives<'_> {
 /// The size and the expected cost of a structure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Figures {
-    /// Inner nodes, or cells of a grid.
+    /// The number of inner nodes, or of cells of a grid.
     pub nodes: usize,
-    /// Leaves, or cells, with something in them.
+    /// The number of leaves or cells that have entries.
     pub leaves: usize,
     pub empty_leaves: usize,
-    /// Entries that leaves name: more than there are where some stand in
-    /// several leaves.
+    /// The entries of all leaves, counted as often as leaves have them.
     pub references: usize,
-    /// Steps to the deepest leaf.
+    /// The number of steps to the deepest leaf.
     pub depth: usize,
-    /// Expected cost of a random ray that meets the bounds, in primitive tests
-    /// (surface area heuristic).
+    /// The expected cost of a random ray that meets the bounds, in primitive tests (surface
+    /// area heuristic).
     pub sah: f64,
 }
 
-/// Tests entries, from the first on so many, for the active lanes; returns the lanes' new
-/// limits, given the old ones.
+/// A function `leaf(first, count, active, limits)` that tests `count` entries from `first` on
+/// for the active lanes, and returns the lanes' new limits.
 pub type Leaf<'l, L> = dyn FnMut(usize, usize, <L as Lanes>::Mask, L) -> L + 'l;
 
-/// A structure over entries, in the order that its builder gave them.
+/// A comparison structure over entries, in the builder's order.
 pub trait Index: Send + Sync {
-    /// Room for one walk, reused from packet to packet.
+    /// The scratch memory of one traversal, reused from packet to packet.
     type Scratch<L: Lanes>: Default;
 
     fn bounds(&self) -> Aabb32;
     fn bytes(&self) -> usize;
     fn figures(&self) -> Figures;
 
-    /// Brings entries of the same key together within each leaf, where leaves
-    /// leave a choice. `order[i]` is where entry i came from; it is permuted
-    /// along. `key` is asked about what `order` holds.
+    /// Sorts the entries of each leaf by key, as far as the order in a leaf is free.
+    /// `order[i]` is the primitive of entry i; it is permuted alike. `key` takes a primitive.
     fn group(&mut self, order: &mut [u32], key: &dyn Fn(u32) -> (u8, u64));
 
-    /// Visits every entry that some lane's ray may meet between `t_min` and its
-    /// limit, roughly nearest first. `leaf(first, count, active, limits)` tests
-    /// entries and returns the lanes' new limits; a lane is done where its limit
-    /// is −∞, and no new limit may exceed the old one.
+    /// Visits every entry that some lane's ray may meet between `t_min` and its limit,
+    /// roughly nearest first, and returns the final limits. A lane is done when its limit is
+    /// −∞, and no new limit may exceed the old one.
     ///
-    /// "May meet" means what [`Slabs::interval`] says of the entry's own box:
-    /// where that interval contains a t in `t_min..=limit` for a lane, the entry
-    /// is visited with this lane active before the limit has sunk below that t.
-    /// (A structure may leave out an entry in whose box no hit can lie there;
-    /// the k-d tree says when.)
+    /// A ray may meet an entry if [`Slabs::interval`] of the entry's own box contains a t in
+    /// `t_min..=limit`; then the entry is visited with this lane active before the limit has
+    /// sunk below that t. A structure may leave out an entry if no hit can lie there; the k-d
+    /// tree does.
     fn walk<L: Lanes>(
         &self,
         slabs: &Slabs<L>,

@@ -1,8 +1,8 @@
-//! One suite for every structure: walks must give the bits of a linear scan, on
-//! boxes and rays that invite mistakes.
+//! Tests of every comparison structure: traversals give the bits of a linear scan, on
+//! degenerate boxes and rays among others.
 //!
-//! An entry is hit at some t of its box's interval, which depends on nothing but
-//! the entry and the ray, as with primitives. No geometry is needed then.
+//! An entry is hit at some t of its box's interval that depends only on the entry and the
+//! ray, as with primitives. So no geometry is needed.
 
 use super::bvh4_build::{Bvh4Quality, build};
 use super::count::{Count, Counter};
@@ -14,7 +14,7 @@ use crate::math::lanes::{Lanes, Mask, Scalar, f32x8, f32x16, f64x4, f64x8};
 use crate::math::{Aabb32, Vec3};
 use proptest::prelude::*;
 
-/// Splitmix64.
+/// The generator SplitMix64.
 pub struct Random(pub u64);
 
 impl Random {
@@ -30,7 +30,7 @@ impl Random {
         (self.bits() % n as u64) as usize
     }
 
-    /// In 0..1.
+    /// Returns a number in 0..1.
     pub fn unit(&mut self) -> f32 {
         (self.bits() >> 40) as f32 / (1 << 24) as f32
     }
@@ -40,7 +40,7 @@ impl Random {
     }
 }
 
-/// Boxes of one of many kinds, the degenerate ones among them.
+/// Makes boxes of a random kind; some kinds are degenerate.
 pub fn boxes(random: &mut Random) -> Vec<Aabb32> {
     let kind = random.below(12);
     let n = match kind {
@@ -121,7 +121,7 @@ pub fn boxes(random: &mut Random) -> Vec<Aabb32> {
     boxes
 }
 
-/// A packet's rays: origin, direction, t_min, t_max in each lane.
+/// A packet of rays, one in each lane.
 pub struct Rays<L> {
     pub org: Vec3<L>,
     pub dir: Vec3<L>,
@@ -129,8 +129,8 @@ pub struct Rays<L> {
     pub t_max: L,
 }
 
-/// Coherent or not, from inside or outside or far away; some directions with
-/// zeros and denormal numbers, some lanes asleep.
+/// Makes a packet of coherent or incoherent rays that start inside, outside or far away. Some
+/// directions have zeros or denormal numbers, and some lanes are inactive.
 pub fn rays<L: Lanes>(random: &mut Random, boxes: &[Aabb32]) -> Rays<L> {
     let all = boxes.iter().fold(Aabb32::EMPTY, |all, b| all.union(b));
     let finite = all.min.iter().chain(&all.max).all(|x| x.is_finite());
@@ -217,7 +217,7 @@ pub fn rays<L: Lanes>(random: &mut Random, boxes: &[Aabb32]) -> Rays<L> {
     }
 }
 
-/// Where an entry is hit: some way into its box.
+/// Returns the lanes that hit an entry, and the t of the hits, some way into its box.
 fn hit<L: Lanes>(slabs: &Slabs<L>, of: &Aabb32, id: u32, t_min: L, limit: L) -> (L::Mask, L) {
     let (enter, exit) = slabs.interval(of.min, of.max);
     let share = Random(u64::from(id)).unit();
@@ -226,7 +226,7 @@ fn hit<L: Lanes>(slabs: &Slabs<L>, of: &Aabb32, id: u32, t_min: L, limit: L) -> 
     (enter.le(exit) & t.gt(t_min) & t.le(limit), t)
 }
 
-/// Limits and the ids of the nearest hits, ties to the lower.
+/// Returns the final limits and the ids of the nearest hits; ties go to the lower id.
 fn nearest<L: Lanes>(
     rays: &Rays<L>,
     bounds: &Aabb32,
@@ -252,6 +252,7 @@ fn nearest<L: Lanes>(
     (limits, ids)
 }
 
+/// Asserts that a traversal gives the bits of the linear scan.
 fn same_as_linear<L: Lanes, A: Index>(
     name: &str,
     (index, order): &(A, Vec<u32>),
@@ -282,7 +283,7 @@ fn same_as_linear<L: Lanes, A: Index>(
     assert_eq!(&got, expected, "{name} at {} lanes", L::COUNT);
 }
 
-/// All structures over the same boxes, with packets of one width.
+/// Compares all structures over the same boxes, with packets of one width.
 fn all_same<L: Lanes>(seed: u64) {
     let random = &mut Random(seed);
     let of = boxes(random);

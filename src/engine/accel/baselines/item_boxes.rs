@@ -1,15 +1,16 @@
-//! Boxes in columns, as many to a row as a register has lanes: what an item
-//! buffer projects, frame by frame, instead of walking a tree.
+//! Boxes in columns, as many to a row as a register has lanes. An item buffer projects them
+//! for each frame instead of walking a tree.
 
 use crate::accel::block::Blocks;
+use crate::accel::tlas_entry::TlasEntry;
 use crate::accel::wide_bvh::WIDE;
-use crate::accel::world::TlasEntry;
 use crate::math::Aabb32;
 
-/// `[axis][lower, upper][slot]`.
+/// A row of [`WIDE`] boxes.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct BoxRow {
+    /// `[axis][lower, upper][slot]`.
     pub bounds: [[[f32; WIDE]; 2]; 3],
 }
 
@@ -20,17 +21,18 @@ pub struct BoxRows {
     pub len: usize,
 }
 
-/// What a world's item buffers are made from.
+/// The boxes that a world's item buffers project.
 #[derive(Clone, Debug)]
 pub struct ItemBoxes {
-    /// In the order of the world's entries.
+    /// The boxes of the world's entries, in their order.
     pub entries: BoxRows,
-    /// By mesh, of its blocks; `None` for meshes that never appear.
+    /// By mesh: the boxes of its blocks; `None` for meshes that no instance places.
     pub meshes: Vec<Option<BoxRows>>,
 }
 
 impl BoxRows {
-    pub fn of(boxes: impl Iterator<Item = Aabb32>) -> BoxRows {
+    /// Collects boxes into rows.
+    pub fn collect(boxes: impl Iterator<Item = Aabb32>) -> BoxRows {
         let mut all = BoxRows::default();
         for bounds in boxes {
             let slot = all.len % WIDE;
@@ -50,14 +52,14 @@ impl BoxRows {
     }
 
     pub fn of_entries(entries: &[TlasEntry]) -> BoxRows {
-        BoxRows::of(entries.iter().map(|entry| entry.bounds))
+        BoxRows::collect(entries.iter().map(|entry| entry.bounds))
     }
 
     pub fn of_blocks(blocks: &Blocks) -> BoxRows {
-        BoxRows::of(blocks.iter().map(|block| block.bounds()))
+        BoxRows::collect(blocks.iter().map(|block| block.bounds()))
     }
 
-    /// (min, max).
+    /// Returns box `i` as (min, max).
     #[inline(always)]
     pub fn get(&self, i: usize) -> ([f32; 3], [f32; 3]) {
         let row = &self.rows[i / WIDE].bounds;

@@ -1,11 +1,11 @@
-//! Structures that exist to be compared with the wide BVH, and lose to it on every scene
-//! measured (docs/STRUCTURES.md).
+//! Comparison structures. The wide BVH is faster than each of them on every scene measured
+//! (docs/STRUCTURES.md).
 //!
-//! Each orders entries of which it knows boxes, is walked by packets, and hands packets of
-//! entries to a leaf that it does not know ([`Index`], [`Leaf`]). So each is compiled once
-//! per lane width, and adds to the build instead of multiplying it. A linear scan is a
-//! [`Bvh4`] without nodes. The item buffer's boxes are here too; its raster is in
-//! [`crate::trace`]. The wide BVH and its beams are in the folder above.
+//! Each structure orders entries by their boxes, is walked by packets, and passes entries to
+//! a leaf by an indirect call ([`Index`], [`Leaf`]). So each is compiled once per lane width,
+//! and adds to the build instead of multiplying it. A linear scan is a [`Bvh4`] without
+//! nodes. The item buffer's boxes are here as well; its raster is in [`crate::trace`]. The
+//! wide BVH and the volume of its beams are in the folder above.
 
 mod any_index;
 pub(super) mod bvh4;

@@ -1,55 +1,56 @@
-//! The binary tree, top down: binned splits of large ranges, exact ones of small
-//! ranges.
+//! The binary tree, built from the top down: binned splits of large ranges, exact splits of
+//! small ones.
 //!
-//! Rows go back and forth between two arrays, so that a split is one pass over
-//! what it divides. Large ranges are read and divided in chunks of fixed size,
-//! in parallel; ranges below [`TASK`] rows are one thread's work, with nodes of
-//! their own that are joined afterwards. Neither depends on the threads, so the
-//! tree does not.
+//! Rows move back and forth between two arrays, so that a split is one pass over its range.
+//! Large ranges are read and divided in parallel, in chunks of fixed size. A range of at most
+//! [`TASK`] rows is one thread's work; its nodes are joined to the others afterwards. Neither
+//! depends on the number of threads, and so the tree does not.
 //!
-//! Depth is bounded: where a range has only as many levels left as halving it
-//! needs, it is halved.
+//! Depth is bounded: a range that has only as many levels left as halving needs is halved.
 
 use super::bins::{Bins, Grid, halve, partition, partition_in};
+use super::costs::{Costs, MAX_DEPTH, Scale};
 use super::record::{Bound, Extents, Row, id};
 use super::sweep::{SMALL, Sweep};
-use super::{Costs, MAX_DEPTH, Scale};
 use crate::math::Aabb32;
 use rayon::prelude::*;
 
-/// Rows of one chunk; their bins and they fit the second-level cache.
+/// The rows of one chunk; with their bins they fit the second-level cache.
 const CHUNK: usize = 1 << 14;
-/// Ranges above are divided by all threads. Both of a task's arrays fit the
-/// second-level cache.
+/// The most rows that one thread divides alone; both of their arrays fit the second-level
+/// cache.
 const TASK: usize = 1 << 14;
 
-/// Primitives `first..first + count` of the new order.
+/// A node of the binary tree, over primitives `first..first + count` of the new order.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Binary {
     pub bounds: Aabb32,
     pub first: u32,
     pub count: u32,
-    /// First of two children, which stand behind their parent; 0 for a leaf.
+    /// The first of two children, which stand behind their parent; 0 for a leaf.
     pub child: u32,
 }
 
-/// What is the same for all ranges of a build.
+/// The parameters that all ranges of a build share.
 pub(super) struct Plan {
     pub costs: Costs,
     pub scale: Scale,
 }
 
 impl Plan {
+    /// Returns the levels that halving `count` rows down to blocks takes.
     fn levels(&self, count: usize) -> usize {
         count.div_ceil(self.costs.block).next_power_of_two().ilog2() as usize
     }
 
+    /// Returns whether a range at `depth` must be halved to stay within [`MAX_DEPTH`].
     fn must_halve(&self, count: usize, depth: usize) -> bool {
         depth + self.levels(count) >= MAX_DEPTH
     }
 }
 
-/// The tree over the rows, the root first, and their ids in its order.
+/// Grows the tree over the rows, and returns its nodes, the root first, with the rows' ids in
+/// its order.
 pub(super) fn grow(
     rows: &mut [Row],
     spare: &mut [Row],
@@ -72,10 +73,10 @@ pub(super) fn grow(
     (nodes, order)
 }
 
-/// A subtree before its nodes have found their places.
+/// A subtree whose nodes have no rows in the tree yet.
 enum Part {
     Inner(Binary, Box<[Part; 2]>),
-    /// Nodes of a task, the root first.
+    /// The nodes of a task, the root first.
     Task(Vec<Binary>),
 }
 
@@ -94,7 +95,7 @@ impl Part {
         }
     }
 
-    /// Appends all but the root, which stands at `at`.
+    /// Appends all nodes but the root, which is row `at`.
     fn join(&self, at: usize, nodes: &mut Vec<Binary>) {
         match self {
             Part::Inner(_, children) => {
@@ -117,12 +118,12 @@ impl Part {
     }
 }
 
-/// Rows to build a subtree over, and room for them to move to.
+/// The rows of a subtree to build, and an array for them to move to.
 struct Range<'a> {
     rows: &'a mut [Row],
     spare: &'a mut [Row],
     order: &'a mut [u32],
-    /// Of `order`, in the whole.
+    /// Where `order` begins in the whole order.
     first: usize,
     extents: Extents,
     depth: usize,
@@ -173,8 +174,8 @@ fn grow_range(range: Range, plan: &Plan) -> Part {
     Part::Inner(root, Box::new([a, b]))
 }
 
-/// Divides a large range: whether the rows have moved to `spare`, how many are
-/// left, and both sides' extents.
+/// Divides a large range, and returns whether the rows have moved to `spare`, how many are on
+/// the left side, and the extents of both sides.
 fn divide(
     rows: &[Row],
     spare: &mut [Row],
@@ -203,7 +204,7 @@ fn divide(
     let Some(split) = bins.best(&plan.costs, plan.scale) else {
         return halved();
     };
-    // Every chunk knows its places on both sides.
+    // Each chunk gets its own places on both sides, from the counts of its bins.
     let (mut left, mut right) = spare[..rows.len()].split_at_mut(split.left);
     let mut places = Vec::with_capacity(parts.len());
     for (chunk, part) in rows.chunks(CHUNK).zip(&parts) {
@@ -228,7 +229,7 @@ fn divide(
     (true, split.left, sides)
 }
 
-/// One thread's work.
+/// The part of a build that one thread does alone.
 #[derive(Default)]
 struct Task {
     nodes: Vec<Binary>,
@@ -241,7 +242,7 @@ struct Open {
     middles: Bound,
     bounds: Bound,
     depth: usize,
-    /// Which of the two arrays holds the rows.
+    /// The array of the two that holds the rows.
     side: usize,
 }
 
@@ -311,7 +312,7 @@ impl Task {
         self.nodes
     }
 
-    /// Gives a node its two children.
+    /// Adds the two children of a node, and returns the first.
     fn split(&mut self, node: usize, left: usize, bounds: [Bound; 2]) -> usize {
         let children = self.nodes.len();
         let Binary { first, count, .. } = self.nodes[node];
@@ -332,7 +333,7 @@ impl Task {
         children
     }
 
-    /// The subtree over a small range, and the order of its leaves.
+    /// Builds the subtree over a small range by exact splits, and the order of its leaves.
     fn sweep(
         &mut self,
         sweep: &mut Sweep,
@@ -343,7 +344,7 @@ impl Task {
     ) {
         let costs = &plan.costs;
         sweep.sort(rows);
-        // Node, its ranks, its depth and area.
+        // (node, first rank, last rank, depth, area)
         let mut open = [(0_usize, 0_usize, 0_usize, 0_usize, 0.0_f32); SMALL];
         open[0] = (
             top.node,
@@ -381,39 +382,4 @@ impl Task {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::TRIANGLES;
-    use super::super::record::{Rows, row};
-    use super::*;
-
-    /// Boxes that halve in size and distance: every split takes off a few.
-    #[test]
-    fn depth_is_bounded() {
-        let count = 40_000;
-        let (mut rows, mut spare) = (Rows::new(count), Rows::new(count));
-        for (i, to) in rows.rows().iter_mut().enumerate() {
-            let x = 2.0_f32.powi(120 - (i % 240) as i32);
-            let corner = std::array::from_fn(|k| if k == i % 3 { x } else { 0.0 });
-            let max = corner.map(|c: f32| c + 0.1 * x);
-            *to = row(&Aabb32 { min: corner, max }, i as u32);
-        }
-        let extents = Extents::of(rows.rows());
-        let plan = Plan {
-            costs: TRIANGLES,
-            scale: Scale::of(extents.bounds),
-        };
-        let (nodes, order) = grow(rows.rows(), spare.rows(), &extents, &plan);
-        let mut depth = vec![1; nodes.len()];
-        for (i, node) in nodes.iter().enumerate().filter(|(_, n)| n.child != 0) {
-            let child = node.child as usize;
-            assert!(child > i);
-            let below = depth[i] + 1;
-            depth[child..child + 2].fill(below);
-        }
-        let deepest = *depth.iter().max().unwrap();
-        assert!((30..=MAX_DEPTH + 1).contains(&deepest), "{deepest}");
-        let mut sorted = order;
-        sorted.sort();
-        assert!(sorted.into_iter().eq(0..count as u32));
-    }
-}
+mod tests;

@@ -1,22 +1,23 @@
-//! Binned splits (Wald, On fast Construction of SAH-based Bounding Volume
-//! Hierarchies, 2007): middles of boxes fall into equal bins on all three axes
-//! in one pass, and the cheapest plane between bins is taken.
+//! Binned splits (Wald, On fast Construction of SAH-based Bounding Volume Hierarchies, 2007).
+//! One pass sorts the middles of boxes into equal bins on all three axes; then the cheapest
+//! plane between bins is taken.
 //!
-//! Costs count whole blocks. Equal costs go to the first plane, so the split
-//! depends on the rows alone; bins of chunks are merged in their order.
+//! Costs count whole blocks. Of equal costs the first plane is taken, and bins of chunks are
+//! merged in their order, so the split depends on the rows alone.
 
+use super::costs::{Costs, Scale};
 use super::record::{Bound, Extents, Row};
-use super::{Costs, Scale};
 use crate::math::lanes::{Lanes, f32x4, f32x8};
 
-/// Planes to choose from, and one more. Measured: 16 builds no faster, and 64 no
-/// better.
+/// The number of bins on each axis. Measured: 16 bins build no faster, and 64 build no better
+/// trees.
 pub(super) const BINS: usize = 32;
 
-/// Adding it leaves a number below 2^23 rounded to an integer in the low bits.
+/// 2²³. Its sum with a smaller number holds that number, rounded to an integer, in the low
+/// bits.
 const INTEGER: f32 = 8_388_608.0;
 
-/// Which bins the middle of a row falls into.
+/// The map from a row's middle to its bins.
 #[derive(Clone, Copy)]
 pub(super) struct Grid {
     low: f32x4,
@@ -24,12 +25,13 @@ pub(super) struct Grid {
 }
 
 impl Grid {
+    /// Makes the grid over a box of doubled middles.
     pub(super) fn over(middles: &Bound) -> Grid {
         let low = middles.store();
         let extent = middles.extent();
         let scale = |axis: usize| {
             let scale = (BINS - 1) as f32 / extent[axis];
-            // No extent, or one too large or small: one bin for all.
+            // Without an extent, or with one too large or small, all rows fall into one bin.
             if scale.is_finite() && extent[axis].is_finite() && scale > 0.0 {
                 scale
             } else {
@@ -42,7 +44,8 @@ impl Grid {
         }
     }
 
-    /// The same for the same row whenever it is asked; below [`BINS`] always.
+    /// Returns the bins of a row by axis, each below [`BINS`]; the fourth means nothing. The
+    /// same row always gives the same bins.
     #[inline(always)]
     pub(super) fn bins(&self, row: &Row) -> [usize; 4] {
         let negated: f32x4 = Lanes::load(&row[..4]);
@@ -52,7 +55,7 @@ impl Grid {
     }
 }
 
-/// Boxes and counts by axis and bin.
+/// The boxes and counts of rows, by axis and bin.
 #[derive(Clone)]
 #[repr(C, align(64))]
 pub(super) struct Bins {
@@ -60,7 +63,7 @@ pub(super) struct Bins {
     count: [[u32; BINS]; 3],
 }
 
-/// Rows whose bin on `axis` is below `bin` go left.
+/// A split: rows whose bin on `axis` is below `bin` go left.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Split {
     pub axis: usize,
@@ -79,10 +82,10 @@ impl Bins {
     pub(super) fn fill(&mut self, rows: &[Row], grid: &Grid) {
         for row in rows {
             let bins = grid.bins(row);
-            let bound = Bound::of(row);
+            let bound = Bound::load(row);
             for (axis, bin) in bins.into_iter().take(3).enumerate() {
                 let sum = &mut self.bounds[axis][bin];
-                *sum = bound.union(Bound::of(sum)).store();
+                *sum = bound.union(Bound::load(sum)).store();
                 self.count[axis][bin] += 1;
             }
         }
@@ -92,30 +95,30 @@ impl Bins {
         for axis in 0..3 {
             for bin in 0..BINS {
                 let sum = &mut self.bounds[axis][bin];
-                *sum = Bound::of(&other.bounds[axis][bin])
-                    .union(Bound::of(sum))
+                *sum = Bound::load(&other.bounds[axis][bin])
+                    .union(Bound::load(sum))
                     .store();
                 self.count[axis][bin] += other.count[axis][bin];
             }
         }
     }
 
-    /// Rows that the split sends left.
+    /// Returns the number of rows that a split sends left.
     pub(super) fn left_of(&self, split: &Split) -> usize {
         let count = &self.count[split.axis][..split.bin];
         count.iter().sum::<u32>() as usize
     }
 
-    /// Boxes of what goes left and right.
+    /// Returns the boxes of the rows that go left and right.
     pub(super) fn sides(&self, split: &Split) -> [Bound; 2] {
         let (left, right) = self.bounds[split.axis].split_at(split.bin);
         [left, right].map(|side| {
-            let bounds = side.iter().map(Bound::of);
+            let bounds = side.iter().map(Bound::load);
             bounds.fold(Bound::empty(), |all, b| b.union(all))
         })
     }
 
-    /// The cheapest plane; `None` where all middles coincide, or areas overflow.
+    /// Finds the cheapest plane; `None` if all middles coincide or areas overflow.
     pub(super) fn best(&self, costs: &Costs, scale: Scale) -> Option<Split> {
         let mut least = f32::INFINITY;
         let mut best = None;
@@ -124,7 +127,7 @@ impl Bins {
             let mut right = [f32::INFINITY; BINS];
             let (mut side, mut n) = (Bound::empty(), 0);
             for bin in (1..BINS).rev() {
-                side = Bound::of(&bounds[bin]).union(side);
+                side = Bound::load(&bounds[bin]).union(side);
                 n += count[bin] as usize;
                 if n > 0 {
                     right[bin] = scale.area(side) * costs.blocks(n);
@@ -132,7 +135,7 @@ impl Bins {
             }
             (side, n) = (Bound::empty(), 0);
             for bin in 1..BINS {
-                side = Bound::of(&bounds[bin - 1]).union(side);
+                side = Bound::load(&bounds[bin - 1]).union(side);
                 n += count[bin - 1] as usize;
                 if n == 0 {
                     continue;
@@ -148,7 +151,8 @@ impl Bins {
     }
 }
 
-/// Rows to one slice or the other, in their order; the middles on both sides.
+/// Copies the rows to one of two slices, in their order, and returns the boxes of doubled
+/// middles on both sides.
 pub(super) fn partition(
     rows: &[Row],
     grid: &Grid,
@@ -166,10 +170,10 @@ pub(super) fn partition(
     middles.0
 }
 
-/// The same into one slice: the left rows from its start on, the right ones from
-/// its end backwards. Without branches: each row is written to both places, and
-/// stays where the next one does not follow. (Of large ranges, which are not in
-/// a near cache, that costs more than it saves.)
+/// Copies the rows into one slice, left rows from its start on and right rows from its end
+/// backwards, and returns the boxes of doubled middles on both sides. It has no branches:
+/// each row is written to both places, and the next row overwrites the wrong one. For large
+/// ranges, which are not in a near cache, [`partition`] is faster.
 pub(super) fn partition_in(rows: &[Row], grid: &Grid, split: &Split, to: &mut [Row]) -> [Bound; 2] {
     let (mut first, mut last) = (0, rows.len());
     let to = &mut to[..rows.len()];
@@ -185,6 +189,7 @@ pub(super) fn partition_in(rows: &[Row], grid: &Grid, split: &Split, to: &mut [R
     middles.0
 }
 
+/// The boxes of doubled middles on both sides of a split.
 struct Sides([Bound; 2]);
 
 impl Default for Sides {
@@ -205,11 +210,11 @@ impl Sides {
     }
 }
 
-/// Rows and the ranges' extents where nothing is moved: halves at a multiple of
-/// a block.
+/// Halves rows where they stand, at a multiple of a block, and returns how many are on the
+/// left side and the extents of both sides.
 pub(super) fn halve(rows: &[Row], costs: &Costs) -> (usize, [Extents; 2]) {
     let blocks = rows.len().div_ceil(costs.block);
     let left = blocks / 2 * costs.block;
     let (a, b) = rows.split_at(left);
-    (left, [Extents::of(a), Extents::of(b)])
+    (left, [Extents::measure(a), Extents::measure(b)])
 }

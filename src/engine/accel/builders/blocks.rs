@@ -1,28 +1,29 @@
-//! Blocks of triangles: corners gathered into columns and put in canonical
-//! order, all of a block at once; then each vertex kept once, where few enough
-//! are left.
+//! Builders of triangle blocks. Corners are gathered into columns and put in canonical
+//! order, a block at a time; where few enough distinct vertices remain, the block becomes an
+//! indexed one.
 
 use crate::accel::baselines::bvh4::Child;
-use crate::accel::block::{Apart, Blocks, Shared, UNUSED, VERTICES};
+use crate::accel::block::{Blocks, IndexedBlock, UNUSED, UnindexedBlock, VERTICES};
 use crate::accel::wide_bvh::{WIDE, WideBvh};
 use crate::geom::triangle::canonical_each;
 use crate::math::lanes::{Lanes, Mask, Register};
 use crate::scene::Mesh;
 use rayon::prelude::*;
 
-/// Blocks that a thread makes at a time.
+/// Blocks that a thread builds at a time.
 const CHUNK: usize = 512;
 
-/// The blocks of a tree whose leaves number them from 0 to `count`: they are
-/// numbered anew, by kind, each leaf's in a row. `triangles`: of a block,
-/// [`UNUSED`] behind the last.
+/// Builds the blocks of a tree whose leaves number them from 0 to `count`. Blocks are
+/// renumbered by kind, those of one leaf in a row, and the leaves follow. `triangles` returns
+/// the triangles of a block, and [`UNUSED`] behind the last.
 pub(super) fn lay_out(
     mesh: &Mesh,
     count: usize,
     triangles: impl Fn(usize) -> [u32; WIDE] + Sync,
     tree: &mut WideBvh,
 ) -> Blocks {
-    // A leaf of several blocks is a heap of triangles: of one kind, at least.
+    // The blocks of a leaf must be of one kind to be numbered in a row. A leaf of several
+    // blocks holds triangles that lie close together, and none of its blocks is indexed.
     let mut alone = vec![true; count];
     for leaf in tree.leaves() {
         if leaf.len() > 1 {
@@ -34,33 +35,33 @@ pub(super) fn lay_out(
         .map(|chunk| {
             let mut blocks = Blocks::default();
             let numbers = chunk * CHUNK..((chunk + 1) * CHUNK).min(count);
-            let mut is_shared = Vec::with_capacity(numbers.len());
-            blocks.shared.reserve_exact(numbers.len());
+            let mut is_indexed = Vec::with_capacity(numbers.len());
+            blocks.indexed.reserve_exact(numbers.len());
             for number in numbers {
-                let block = apart(mesh, triangles(number));
-                let made = if alone[number] { shared(&block) } else { None };
-                is_shared.push(made.is_some());
+                let block = gather(mesh, triangles(number));
+                let made = if alone[number] { indexed(&block) } else { None };
+                is_indexed.push(made.is_some());
                 match made {
-                    Some(block) => blocks.shared.push(block),
-                    None => blocks.apart.push(block),
+                    Some(block) => blocks.indexed.push(block),
+                    None => blocks.unindexed.push(block),
                 }
             }
-            (blocks, is_shared)
+            (blocks, is_indexed)
         })
         .collect();
 
-    let total = chunks.iter().map(|(chunk, _)| chunk.shared.len()).sum();
+    let total = chunks.iter().map(|(chunk, _)| chunk.indexed.len()).sum();
     let mut blocks = Blocks::default();
-    blocks.shared.reserve_exact(total);
-    blocks.apart.reserve_exact(count - total);
+    blocks.indexed.reserve_exact(total);
+    blocks.unindexed.reserve_exact(count - total);
     let mut number = Vec::with_capacity(count);
     let mut next = [total, 0];
-    for (chunk, is_shared) in chunks {
-        blocks.shared.extend_from_slice(&chunk.shared);
-        blocks.apart.extend_from_slice(&chunk.apart);
-        for shared in is_shared {
-            number.push(next[usize::from(shared)]);
-            next[usize::from(shared)] += 1;
+    for (chunk, is_indexed) in chunks {
+        blocks.indexed.extend_from_slice(&chunk.indexed);
+        blocks.unindexed.extend_from_slice(&chunk.unindexed);
+        for indexed in is_indexed {
+            number.push(next[usize::from(indexed)]);
+            next[usize::from(indexed)] += 1;
         }
     }
     for child in tree.nodes.iter_mut().flat_map(|node| &mut node.child) {
@@ -71,28 +72,28 @@ pub(super) fn lay_out(
     blocks
 }
 
-/// Brings the blocks to the mesh's vertices; not, where a block's vertices have
-/// become too many for it.
+/// Updates the blocks to the mesh's vertices. Returns false if an indexed block would have
+/// too many distinct vertices now; its contents are then stale.
 pub(super) fn renew(mesh: &Mesh, blocks: &mut Blocks) -> bool {
     let fit = blocks
-        .shared
+        .indexed
         .par_iter_mut()
         .with_min_len(64)
         .map(|block| {
-            let made = shared(&apart(mesh, block.source));
+            let made = indexed(&gather(mesh, block.source));
             made.is_some_and(|made| {
                 *block = made;
                 true
             })
         })
         .reduce(|| true, |a, b| a & b);
-    let others = blocks.apart.par_iter_mut().with_min_len(64);
-    others.for_each(|block| *block = apart(mesh, block.source));
+    let others = blocks.unindexed.par_iter_mut().with_min_len(64);
+    others.for_each(|block| *block = gather(mesh, block.source));
     fit
 }
 
-/// The block of these triangles; the first is one.
-fn apart(mesh: &Mesh, source: [u32; WIDE]) -> Apart {
+/// Gathers triangles into a block; the first slot must be used.
+fn gather(mesh: &Mesh, source: [u32; WIDE]) -> UnindexedBlock {
     let mut corner = [[[0.0; WIDE]; 3]; 3];
     let mut count = 0;
     for slot in 0..WIDE {
@@ -114,15 +115,15 @@ fn apart(mesh: &Mesh, source: [u32; WIDE]) -> Apart {
             v[k][count..].fill(first[k][0]);
         }
     }
-    Apart { corner, source }
+    UnindexedBlock { corner, source }
 }
 
-/// The same block with each vertex once; `None` if they are too many.
-fn shared(block: &Apart) -> Option<Shared> {
+/// Converts a block to an indexed one, or returns `None` if it has too many vertices.
+fn indexed(block: &UnindexedBlock) -> Option<IndexedBlock> {
     let corner = |v: usize, slot: usize| block.corner[v].map(|axis| axis[slot]);
-    let mut made = Shared {
+    let mut made = IndexedBlock {
         vertex: corner(0, 0).map(|x| [x; VERTICES]),
-        at: [[0; WIDE]; 3],
+        index: [[0; WIDE]; 3],
         source: block.source,
     };
     let mut count = 1;
@@ -141,13 +142,13 @@ fn shared(block: &Apart) -> Option<Shared> {
                     count - 1
                 }
             };
-            made.at[v][slot] = at as u8;
+            made.index[v][slot] = at as u8;
         }
     }
     Some(made)
 }
 
-/// Which of the first `count` vertices has exactly these bits.
+/// Finds the vertex among the first `count` that has exactly the bits of `place`.
 #[inline(always)]
 fn find(vertex: &[[f32; VERTICES]; 3], count: usize, place: [f32; 3]) -> Option<usize> {
     let mut same = 0;
@@ -159,7 +160,7 @@ fn find(vertex: &[[f32; VERTICES]; 3], count: usize, place: [f32; 3]) -> Option<
         same |= (equal(0) & equal(1) & equal(2)).bits() << first;
     }
     same &= ((1_u64 << count) - 1) as u32;
-    // Zeros of both signs are equal.
+    // Zeros of both signs compare equal but have different bits.
     while same != 0 {
         let at = same.trailing_zeros() as usize;
         if (0..3).all(|k| vertex[k][at].to_bits() == place[k].to_bits()) {

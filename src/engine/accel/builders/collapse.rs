@@ -1,15 +1,14 @@
-//! From the binary tree to the cheapest wide tree that it contains.
+//! Collapse of the binary tree into the cheapest wide tree that it contains.
 //!
-//! A wide node stands for a cut through the binary tree below it. Which cut is
-//! cheapest is found bottom up: for every binary node, the cost of its subtree
-//! as at most 1, 2, … wide children of some node above (Pinter, Fast, optimal
-//! bounding volume hierarchy collapse; Ylitie, Karras, Laine 2017, section 3).
-//! Small subtrees may become one leaf of several blocks. Against taking in the
-//! child of largest area first (Wald, Benthin, Boulos 2008), expected cost is 4 %
-//! lower, and nodes are half as many.
+//! A wide node is a cut through the binary tree below it. The cheapest cut is found from the
+//! bottom up: for every binary node, the cost of its subtree as at most 1, 2, … children of
+//! a wide node above (Pinter, Fast, optimal bounding volume hierarchy collapse; Ylitie,
+//! Karras, Laine 2017, section 3). A small subtree may become one leaf of several blocks.
+//! Compared with opening the child of largest area first (Wald, Benthin, Boulos 2008), the
+//! expected cost is 4 % lower, and there are half as many nodes.
 
-use super::Costs;
 use super::binary::Binary;
+use super::costs::Costs;
 use crate::accel::baselines::bvh4::Child;
 use crate::accel::wide_bvh::{WIDE, WideBvh, WideNode};
 use crate::math::Aabb32;
@@ -26,8 +25,8 @@ pub(super) const EMPTY: WideNode = WideNode {
     count: 0,
 };
 
-/// The tree, and for each of its blocks the range of entries; of a tree over
-/// entries, whose leaves are ranges themselves, none.
+/// Builds the wide tree, and returns it with the range of primitives of each of its blocks;
+/// none if a block is one primitive, for then leaves are ranges of primitives.
 pub(super) fn collapse(binary: &[Binary], costs: &Costs) -> (WideBvh, Vec<std::ops::Range<usize>>) {
     let mut tree = WideBvh {
         nodes: vec![EMPTY],
@@ -72,7 +71,7 @@ pub(super) fn collapse(binary: &[Binary], costs: &Costs) -> (WideBvh, Vec<std::o
                 Child::leaf(first, blocks.len() - first)
             };
         }
-        // The first child's subtree comes first.
+        // The first child's subtree is laid out first.
         open[inner..].reverse();
         tree.nodes[to] = node;
     }
@@ -80,14 +79,16 @@ pub(super) fn collapse(binary: &[Binary], costs: &Costs) -> (WideBvh, Vec<std::o
     (tree, blocks)
 }
 
-/// By binary node, the least cost of its subtree: first as one child, then as
-/// 2, 3, … of them; infinite where it cannot be divided.
+/// The least costs of all subtrees.
 struct Tables {
+    /// By binary node: the cost as one child, then as exactly 2, 3, … children; infinite if the
+    /// subtree cannot be divided so.
     cost: Vec<[f32; WIDE]>,
-    /// Is one child a leaf?
+    /// By binary node: whether the subtree as one child is a leaf.
     leaf: Vec<bool>,
 }
 
+/// Computes the costs of all subtrees, children first.
 fn tables(binary: &[Binary], costs: &Costs) -> Tables {
     let count = binary.len();
     let mut tables = Tables {
@@ -115,7 +116,7 @@ fn tables(binary: &[Binary], costs: &Costs) -> Tables {
     tables
 }
 
-/// For 1, 2, … children the least sum of both sides' costs; infinite for one.
+/// Returns the least sum of both sides' costs for 1, 2, … children; infinite for one.
 #[inline(always)]
 fn sums(left: &[f32; WIDE], right: &[f32; WIDE]) -> [f32; WIDE] {
     let (left, right) = (at_most(left), at_most(right));
@@ -135,12 +136,12 @@ impl Tables {
         self.leaf[node]
     }
 
-    /// The children that `node` becomes where it has so many slots; itself only
-    /// if it must not be `open`ed.
+    /// Appends the children that the subtree of `node` becomes where it has so many slots. If
+    /// `open`, the node itself is not one of them.
     fn cut(&self, binary: &[Binary], node: usize, slots: usize, open: bool, to: &mut Vec<usize>) {
         let cost = &self.cost[node];
         let child = binary[node].child as usize;
-        // Nodes without area cost nothing; open, they are fewer.
+        // Nodes without area cost nothing; opening them leaves fewer.
         let parts = cost[slots - 1];
         let pays = parts < cost[0] || parts == cost[0] && !self.leaf[node];
         if child == 0 || slots == 1 || !(open || pays) {
@@ -149,7 +150,7 @@ impl Tables {
         }
         let left = at_most(&self.cost[child]);
         let right = at_most(&self.cost[child + 1]);
-        // Costs that are not numbers leave any share.
+        // If costs are NaN, any division will do.
         let share = (1..slots)
             .find(|k| left[k - 1] + right[slots - k - 1] == parts)
             .unwrap_or(slots / 2);
@@ -158,14 +159,14 @@ impl Tables {
     }
 }
 
-/// The least cost as at most 1, 2, … children.
+/// Returns the least cost as at most 1, 2, … children.
 #[inline(always)]
 fn at_most(cost: &[f32; WIDE]) -> [f32; WIDE] {
     let all: Table = Lanes::load(cost);
     Lanes::to_array(all.min(Lanes::splat(cost[0])))
 }
 
-/// Σ area·cost / root area, over nodes and leaves.
+/// Returns the expected cost Σ area·cost / root area, over nodes and leaves.
 pub(super) fn expected_cost(tree: &WideBvh, costs: &Costs) -> f64 {
     let whole = area(&tree.bounds);
     let mut cost = 1.0;
@@ -181,14 +182,14 @@ pub(super) fn expected_cost(tree: &WideBvh, costs: &Costs) -> f64 {
     cost
 }
 
-/// How many of the rays that meet the whole tree meet a box; all of them where
-/// areas mean nothing.
+/// Returns the share of the rays through the root that meet a box; 1 if the areas give no
+/// finite share.
 fn share(bounds: &Aabb32, whole: f64) -> f64 {
     let share = area(bounds) / whole;
     if share.is_finite() { share } else { 1.0 }
 }
 
-/// Half the surface area; f64, so that no unit is too large or small.
+/// Returns half the surface area, in f64 so that no unit is too large or too small.
 fn area(bounds: &Aabb32) -> f64 {
     let d: [f64; 3] =
         std::array::from_fn(|k| (f64::from(bounds.max[k]) - f64::from(bounds.min[k])).max(0.0));

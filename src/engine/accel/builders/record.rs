@@ -1,17 +1,18 @@
-//! What the builder moves about: one row of 32 bytes per primitive, and boxes
-//! in the same form.
+//! Rows of 32 bytes, one per primitive, which the builder moves about; and boxes in the same
+//! layout.
 //!
-//! A row is `[−min x, y, z, id, max x, y, z, 0]`. With lower bounds negated the
-//! union of two boxes is one maximum over eight lanes, and the middle of a box
-//! is a difference of its halves. Rows lie at multiples of their size, so that
-//! none crosses a cache line, and every pass of the builder streams over them.
+//! A row is `[−min x, y, z, id, max x, y, z, 0]`. With lower bounds negated the union of two
+//! boxes is one maximum over eight lanes, and the middle of a box is a difference of its
+//! halves. Rows lie at multiples of their size, so that none crosses a cache line, and every
+//! pass of the builder streams over them.
 
 use crate::math::Aabb32;
 use crate::math::lanes::{Lanes, f32x8};
 
+/// A primitive's box and id.
 pub(super) type Row = [f32; 8];
 
-/// Set in the id's bits, so that they always are those of a normal number.
+/// A bit that is set in each id, so that its bits are those of a normal number.
 const TAG: u32 = 0x4000_0000;
 
 #[inline(always)]
@@ -26,7 +27,7 @@ pub(super) fn id(row: &Row) -> u32 {
     row[3].to_bits() & !TAG
 }
 
-/// Room for `count` rows, zeros, the first at a multiple of a row's size.
+/// An array of rows, zero at first, that begins at a multiple of a row's size.
 pub(super) struct Rows {
     room: Vec<f32>,
     first: usize,
@@ -36,7 +37,7 @@ pub(super) struct Rows {
 impl Rows {
     pub(super) fn new(count: usize) -> Rows {
         let room = vec![0.0; count * 8 + 7];
-        // Where the address is unknown the rows are merely slower.
+        // If the alignment is unknown, the rows are only slower.
         let first = room.as_ptr().align_offset(size_of::<Row>());
         Rows {
             first: if first < 8 { first } else { 0 },
@@ -51,7 +52,7 @@ impl Rows {
     }
 }
 
-/// A box as `[−min, _, max, _]`; the fourth lanes mean nothing.
+/// A box as `[−min, _, max, _]`; the fourth and the eighth lane mean nothing.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bound(pub f32x8);
 
@@ -62,15 +63,15 @@ impl Bound {
     }
 
     #[inline(always)]
-    pub(super) fn of(row: &Row) -> Bound {
+    pub(super) fn load(row: &Row) -> Bound {
         Bound(Lanes::load(row))
     }
 
     pub(super) fn around(bounds: &Aabb32) -> Bound {
-        Bound::of(&row(bounds, 0))
+        Bound::load(&row(bounds, 0))
     }
 
-    /// The point twice the row's middle.
+    /// Returns twice the middle of a row's box, as a box of one point.
     #[inline(always)]
     pub(super) fn middle(row: &Row) -> Bound {
         let [a, b, c, d, e, f, g, h] = *row;
@@ -79,7 +80,7 @@ impl Bound {
         Bound(own - swapped)
     }
 
-    /// A NaN in `self` counts as nothing.
+    /// Returns the box around both; a NaN in `self` is ignored.
     #[inline(always)]
     pub(super) fn union(self, other: Bound) -> Bound {
         Bound(Lanes::max(self.0, other.0))
@@ -105,10 +106,12 @@ impl Bound {
     }
 }
 
-/// A range's boxes and the middles of its boxes, each united.
+/// The extents of a range of rows.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Extents {
+    /// The box around all boxes.
     pub bounds: Bound,
+    /// The box around the doubled middles of all boxes.
     pub middles: Bound,
 }
 
@@ -123,11 +126,11 @@ impl Extents {
 
     #[inline(always)]
     pub(super) fn add(&mut self, row: &Row) {
-        self.bounds = Bound::of(row).union(self.bounds);
+        self.bounds = Bound::load(row).union(self.bounds);
         self.middles = Bound::middle(row).union(self.middles);
     }
 
-    pub(super) fn of(rows: &[Row]) -> Extents {
+    pub(super) fn measure(rows: &[Row]) -> Extents {
         let mut extents = Extents::empty();
         rows.iter().for_each(|row| extents.add(row));
         extents

@@ -1,19 +1,18 @@
-//! Moved vertices, same tree: boxes are made anew from the leaves up.
+//! Refit of trees: new boxes for the same tree, from the leaves up.
 //!
-//! Both functions return the new expected cost. A tree that has grown far
-//! beyond the cost it was built with is due to be built again; how far is the
-//! caller's choice (Lauterbach et al., RT-DEFORM, 2006).
+//! Both functions return the new expected cost. The caller chooses at which multiple of the
+//! cost that the tree was built with it is built again (Lauterbach et al., RT-DEFORM, 2006).
 
 use super::blocks;
 use super::collapse::expected_cost;
-use super::{ENTRIES, TRIANGLES};
+use super::costs::{INSTANCES, TRIANGLES};
 use crate::accel::wide_bvh::{WideBlas, WideBvh, WideNode};
 use crate::math::Aabb32;
 use crate::scene::Mesh;
 use rayon::prelude::*;
 
-/// Brings the tree to the mesh's vertices; its triangles must be those that the
-/// tree was built over.
+/// Refits a tree to the mesh's vertices; the triangles must be those that the tree was built
+/// over.
 pub fn refit(tree: &mut WideBlas, mesh: &Mesh) -> f64 {
     if !blocks::renew(mesh, &mut tree.blocks) {
         let old = &tree.blocks;
@@ -32,17 +31,17 @@ pub fn refit(tree: &mut WideBlas, mesh: &Mesh) -> f64 {
     tree.tree.sah
 }
 
-/// Brings the tree to new boxes, which stand in the order of its entries.
+/// Refits a tree to new boxes, which are in the order of its leaves.
 pub fn refit_boxes(tree: &mut WideBvh, boxes: &[Aabb32]) -> f64 {
     from_leaves(tree, boxes);
-    tree.sah = expected_cost(tree, &ENTRIES);
+    tree.sah = expected_cost(tree, &INSTANCES);
     tree.sah
 }
 
-/// Boxes from those of the leaves' entries or blocks.
+/// Computes all nodes' boxes from those of the blocks or entries in the leaves.
 fn from_leaves(tree: &mut WideBvh, boxes: &[Aabb32]) {
     let around = |boxes: &[Aabb32]| boxes.iter().fold(Aabb32::EMPTY, |all, b| all.union(b));
-    // Children stand behind their parents.
+    // Children come behind their parents.
     for i in (0..tree.nodes.len()).rev() {
         let mut node = tree.nodes[i];
         for c in 0..node.count as usize {
@@ -58,7 +57,7 @@ fn from_leaves(tree: &mut WideBvh, boxes: &[Aabb32]) {
     tree.bounds = whole(&tree.nodes[0]);
 }
 
-/// The box around a node's children.
+/// Returns the box around a node's children.
 fn whole(node: &WideNode) -> Aabb32 {
     let children = 0..node.count as usize;
     children.fold(Aabb32::EMPTY, |all, c| all.union(&node.bounds_of(c)))

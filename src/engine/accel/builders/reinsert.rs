@@ -1,48 +1,48 @@
-//! A better binary tree, from a good one: subtrees are taken out and put in
-//! where they cost least (Bittner, Hapala, Havran, Fast Insertion-Based
-//! Optimization of Bounding Volume Hierarchies, 2013).
+//! Reinsertion: subtrees of a binary tree are removed and inserted where they cost least
+//! (Bittner, Hapala, Havran, Fast Insertion-Based Optimization of Bounding Volume
+//! Hierarchies, 2013).
 //!
-//! In rounds, as Meister and Bittner have them (Parallel Reinsertion for Bounding
-//! Volume Hierarchy Optimization, 2018): all subtrees look for their places in
-//! the tree as it stands, in parallel; then the moves are made. Where they lock
-//! nodes and drop moves that meet, here moves are made one by one, most gain
-//! first, each weighed again in the tree that it finds. So every move that is
-//! made pays, and the tree does not depend on the threads.
+//! It works in rounds, as Meister and Bittner do (Parallel Reinsertion for Bounding Volume
+//! Hierarchy Optimization, 2018): all subtrees search for their places in the current tree,
+//! in parallel; then the moves are made. They lock nodes and drop moves that conflict. Here
+//! moves are made one by one, the greatest gain first, and each is evaluated again in the
+//! tree as it is then. So every move that is made pays, and the tree does not depend on the
+//! number of threads.
 //!
-//! What is lowered is the summed area of inner nodes: leaves stay as they are,
-//! blocks most of which are full. Trees of single primitives that are cut into
-//! blocks afterwards have a lower expected cost still, and are slower
-//! (docs/BENCHMARKS.md). No move makes the tree deeper than [`MAX_DEPTH`].
+//! The summed area of inner nodes is lowered. Leaves stay as they are: blocks, most of them
+//! full. Trees of single primitives that are cut into blocks afterwards have a lower expected
+//! cost, but are slower (docs/decisions/012-finer-leaves.md). No move makes the tree deeper
+//! than [`MAX_DEPTH`].
 
 use super::binary::Binary;
+use super::costs::{MAX_DEPTH, Scale};
 use super::record::{Bound, Row};
-use super::{MAX_DEPTH, Scale};
 use rayon::prelude::*;
 
-/// Rounds at most, and the share of the cost that one must save for another to
-/// follow. The first saves three quarters of what there is to save.
+/// The most rounds. The first makes three quarters of all savings.
 const ROUNDS: usize = 8;
+/// The share of the cost that a round must save for another to follow.
 const LEAST_GAIN: f64 = 2e-3;
-/// A move saves at least this share of the area of the subtree's parent, or is
+/// The share of the area of the subtree's parent that a move must save; less may be
 /// rounding.
 const LEAST_MOVE: f32 = 1e-4;
-/// Searches to a thread at a time.
+/// Searches that a thread makes at a time.
 const CHUNK: usize = 64;
 
 const NONE: u32 = u32::MAX;
 
-/// One cache line.
+/// A node, in one cache line.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
 struct Node {
     bounds: Row,
     area: f32,
     parent: u32,
-    /// Twice [`NONE`] for a leaf.
+    /// Both children; both are [`NONE`] for a leaf.
     child: [u32; 2],
     /// Levels of inner nodes from here down.
     height: u32,
-    /// A leaf's range.
+    /// The range of a leaf.
     first: u32,
     count: u32,
 }
@@ -50,7 +50,7 @@ struct Node {
 impl Node {
     #[inline(always)]
     fn bound(&self) -> Bound {
-        Bound::of(&self.bounds)
+        Bound::load(&self.bounds)
     }
 
     #[inline(always)]
@@ -59,20 +59,20 @@ impl Node {
     }
 }
 
-/// A subtree, and the node that shall become its sibling.
+/// A possible move: a subtree, and the node that becomes its sibling.
 #[derive(Clone, Copy)]
 struct Move {
     node: u32,
     to: u32,
-    /// Area that it saves.
+    /// The area that the move saves.
     gain: f32,
 }
 
-/// The tree and its order with every subtree where it costs least. Not of
-/// nothing.
+/// Moves subtrees to where they cost least, and returns the new tree and its order. The tree
+/// must have a node.
 pub(super) fn improve(nodes: &[Binary], order: &[u32]) -> (Vec<Binary>, Vec<u32>) {
-    let mut tree = Bvh4::of(nodes);
-    // Where areas mean nothing, no place is better than another.
+    let mut tree = BinaryTree::link(nodes);
+    // Without finite areas no place is better than another.
     if tree.node(tree.root).area.is_finite() {
         for _ in 0..ROUNDS {
             let cost = tree.cost();
@@ -84,15 +84,17 @@ pub(super) fn improve(nodes: &[Binary], order: &[u32]) -> (Vec<Binary>, Vec<u32>
     tree.linear(order)
 }
 
-struct Bvh4 {
+/// The binary tree with links to parents.
+struct BinaryTree {
     nodes: Vec<Node>,
     root: u32,
     scale: Scale,
 }
 
-impl Bvh4 {
-    fn of(binary: &[Binary]) -> Bvh4 {
-        let scale = Scale::of(Bound::around(&binary[0].bounds));
+impl BinaryTree {
+    /// Adds links to parents, areas and heights.
+    fn link(binary: &[Binary]) -> BinaryTree {
+        let scale = Scale::fit(Bound::around(&binary[0].bounds));
         let mut nodes: Vec<Node> = Vec::with_capacity(binary.len());
         nodes.extend(binary.iter().map(|node| {
             let bound = Bound::around(&node.bounds);
@@ -110,7 +112,7 @@ impl Bvh4 {
                 count: node.count,
             }
         }));
-        // Children stand behind their parents.
+        // Children come behind their parents.
         for i in (0..nodes.len()).rev() {
             let node = nodes[i];
             if node.is_leaf() {
@@ -123,7 +125,7 @@ impl Bvh4 {
                 nodes[i].height = nodes[i].height.max(height);
             }
         }
-        Bvh4 {
+        BinaryTree {
             nodes,
             root: 0,
             scale,
@@ -135,7 +137,7 @@ impl Bvh4 {
         &self.nodes[index as usize]
     }
 
-    /// The other child of a node's parent.
+    /// Returns the other child of a node's parent.
     #[inline(always)]
     fn sibling(&self, index: u32) -> u32 {
         let [a, b] = self.node(self.node(index).parent).child;
@@ -147,40 +149,40 @@ impl Bvh4 {
         area(self.scale, bound)
     }
 
-    /// Summed area of inner nodes.
+    /// Returns the summed area of inner nodes.
     fn cost(&self) -> f64 {
         let inner = self.nodes.iter().filter(|node| !node.is_leaf());
         inner.map(|node| f64::from(node.area)).sum()
     }
 
-    /// Lets every subtree move once; what that saves.
+    /// Lets every subtree move once, and returns the area saved.
     fn round(&mut self) -> f64 {
         let all = 0..self.nodes.len() as u32;
         let found = all.into_par_iter().with_min_len(CHUNK);
         let found = found.map_init(Vec::new, |open, node| self.search(node, open));
         let mut moves: Vec<Move> = found.flatten_iter().collect();
-        // No two are equal.
+        // No two moves compare equal.
         moves.sort_unstable_by(|a, b| b.gain.total_cmp(&a.gain).then(a.node.cmp(&b.node)));
         moves.iter().map(|one| f64::from(self.apply(one))).sum()
     }
 
-    /// The best place for a subtree; `None` where it stands well.
+    /// Finds the best place for a subtree; `None` if no move pays.
     fn search(&self, node: u32, open: &mut Vec<(u32, f32)>) -> Option<Move> {
         let parent = self.node(node).parent;
         if parent == NONE {
             return None;
         }
         let Node { bounds, area, .. } = *self.node(node);
-        let bound = Bound::of(&bounds);
-        // What the tree is spared above: the parent, and what its ancestors
-        // shrink by, up to the one that is common to the old and the new place.
+        let bound = Bound::load(&bounds);
+        // The area saved above: that of the parent, and what its ancestors shrink by, up to the
+        // common ancestor of the old and the new place.
         let mut spared = self.node(parent).area;
         let mut gain = LEAST_MOVE * spared;
         let mut to = NONE;
         let mut below = node;
         let mut rest = Bound::empty();
         loop {
-            // Places under the common ancestor, in its other child.
+            // Search the other child of the common ancestor.
             let other = self.sibling(below);
             open.push((other, 0.0));
             while let Some((place, growth)) = open.pop() {
@@ -203,7 +205,7 @@ impl Bvh4 {
             if below != parent {
                 let whole = self.node(below).area;
                 spared += whole - self.area(rest);
-                // Beside all that is left of the ancestor.
+                // The place beside all that is left of the ancestor.
                 if spared - whole > gain {
                     gain = spared - whole;
                     to = below;
@@ -216,11 +218,11 @@ impl Bvh4 {
         (to != NONE).then_some(Move { node, to, gain })
     }
 
-    /// Makes the move if it still pays; what it saves.
+    /// Makes a move if it still pays, and returns the area saved.
     fn apply(&mut self, one: &Move) -> f32 {
         let Move { node, to, .. } = *one;
         let parent = self.node(node).parent;
-        // Moves before this one may have left it at the top.
+        // An earlier move may have made the node the root.
         if parent == NONE {
             return 0.0;
         }
@@ -242,8 +244,8 @@ impl Bvh4 {
         0.0
     }
 
-    /// Takes a subtree out, with its parent, which has no place then; the area
-    /// that the tree loses.
+    /// Removes a subtree together with its parent node, and returns the area that the tree
+    /// loses.
     fn detach(&mut self, node: u32) -> f32 {
         let parent = self.node(node).parent;
         let beside = self.sibling(node);
@@ -252,20 +254,21 @@ impl Bvh4 {
         self.node(parent).area - self.fit(above)
     }
 
-    /// Puts it in as a sibling of `beside`; the area that the tree gains.
+    /// Inserts a removed subtree as a sibling of `beside`, and returns the area that the tree
+    /// gains.
     fn attach(&mut self, node: u32, beside: u32) -> f32 {
         let parent = self.node(node).parent;
         let above = self.node(beside).parent;
         self.replace(above, beside, parent);
         self.nodes[parent as usize].child = [beside, node];
         self.nodes[beside as usize].parent = parent;
-        // It was not in the tree: all above must be fitted.
+        // The parent was not in the tree, so all nodes above it must be updated.
         self.nodes[parent as usize].area = 0.0;
         self.nodes[parent as usize].height = 0;
         self.fit(parent)
     }
 
-    /// `new` where `old` was below `above`.
+    /// Puts `new` in the place of `old`, a child of `above`.
     fn replace(&mut self, above: u32, old: u32, new: u32) {
         self.nodes[new as usize].parent = above;
         if above == NONE {
@@ -276,8 +279,8 @@ impl Bvh4 {
         child[usize::from(child[0] != old)] = new;
     }
 
-    /// Bounds and heights from a node up, as far as they change; the area that
-    /// is gained.
+    /// Updates bounds and heights from a node up, as far as they change, and returns the area
+    /// gained.
     fn fit(&mut self, mut index: u32) -> f32 {
         let mut gained = 0.0;
         while index != NONE {
@@ -297,7 +300,7 @@ impl Bvh4 {
         gained
     }
 
-    /// The tree as the builder leaves it, and the order of its leaves.
+    /// Returns the tree in the builder's layout, and the order of its leaves.
     fn linear(&self, order: &[u32]) -> (Vec<Binary>, Vec<u32>) {
         let mut nodes = Vec::with_capacity(self.nodes.len());
         let mut ids = Vec::with_capacity(order.len());
@@ -308,8 +311,8 @@ impl Bvh4 {
             child: 0,
         };
         nodes.push(plain(self.root));
-        // The first child's subtree comes first, so a node's primitives begin
-        // where it is taken up.
+        // The first child's subtree comes first, so a node's primitives begin where the order
+        // ends when the node is visited.
         let mut open = vec![(self.root, 0)];
         while let Some((from, to)) = open.pop() {
             let node = self.node(from);
@@ -336,7 +339,7 @@ impl Bvh4 {
     }
 }
 
-/// Half the surface area; 0 of nothing.
+/// Returns half the surface area, or 0 for an empty box.
 #[inline(always)]
 fn area(scale: Scale, bound: Bound) -> f32 {
     let area = scale.area(bound);
@@ -348,118 +351,4 @@ fn area(scale: Scale, bound: Bound) -> f32 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::{Costs, ENTRIES};
-    use super::*;
-    use crate::math::Aabb32;
-
-    /// The builder's tree over boxes, with leaves of so many at most.
-    fn grown(boxes: &[Aabb32], leaf: usize) -> (Vec<Binary>, Vec<u32>) {
-        let costs = Costs { leaf, ..ENTRIES };
-        super::super::grow(boxes.len(), |i| boxes[i], &costs)
-    }
-
-    /// Every row once, boxes around what is below; levels of inner nodes.
-    fn check(nodes: &[Binary], order: &[u32], boxes: &[Aabb32]) -> usize {
-        let mut sorted = order.to_vec();
-        sorted.sort();
-        assert!(sorted.into_iter().eq(0..boxes.len() as u32));
-        let mut depth = vec![0; nodes.len()];
-        for (i, node) in nodes.iter().enumerate() {
-            let range = node.first as usize..(node.first + node.count) as usize;
-            let ids = order[range].iter();
-            let around = ids.fold(Aabb32::EMPTY, |all, id| all.union(&boxes[*id as usize]));
-            assert_eq!(node.bounds, around);
-            if node.child != 0 {
-                let child = node.child as usize;
-                assert!(child > i);
-                let [a, b] = [nodes[child], nodes[child + 1]];
-                assert_eq!((a.first, a.count + b.count), (node.first, node.count));
-                let below = depth[i] + 1;
-                depth[child..child + 2].fill(below);
-            }
-        }
-        depth.into_iter().max().unwrap()
-    }
-
-    fn numbers() -> impl FnMut() -> f32 {
-        let mut state = 5_u64;
-        move || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
-            (state >> 40) as f32 / (1 << 24) as f32
-        }
-    }
-
-    /// Thin boxes in all three directions.
-    fn sticks(count: usize) -> Vec<Aabb32> {
-        let mut next = numbers();
-        let boxes = (0..count).map(|i| {
-            let min: [f32; 3] = std::array::from_fn(|_| next());
-            let size = |k: usize| if k == i % 3 { 0.5 } else { 0.01 };
-            Aabb32 {
-                min,
-                max: std::array::from_fn(|k| min[k] + size(k)),
-            }
-        });
-        boxes.collect()
-    }
-
-    #[test]
-    fn every_round_saves_what_it_says() {
-        let boxes = sticks(3000);
-        let (nodes, order) = grown(&boxes, 4);
-        let mut tree = Bvh4::of(&nodes);
-        let first = tree.cost();
-        for _ in 0..6 {
-            let before = tree.cost();
-            let saved = tree.round();
-            let after = tree.cost();
-            assert!(saved >= 0.0 && (before - saved - after).abs() < 1e-4 * before);
-            let (nodes, order) = tree.linear(&order);
-            check(&nodes, &order, &boxes);
-        }
-        assert!(tree.cost() < 0.97 * first, "{first} {}", tree.cost());
-        let (nodes, order) = improve(&nodes, &order);
-        check(&nodes, &order, &boxes);
-    }
-
-    /// Few boxes on a coarse grid: much coincides, and the root itself moves.
-    #[test]
-    fn small_trees_stay_whole() {
-        let mut next = numbers();
-        for case in 0..6000 {
-            let boxes = (0..2 + case % 120).map(|_| {
-                let corners: [[f32; 3]; 3] =
-                    std::array::from_fn(|_| std::array::from_fn(|_| (next() * 16.0).floor()));
-                crate::accel::world::corner_bounds(&corners)
-            });
-            let boxes: Vec<Aabb32> = boxes.collect();
-            let (nodes, order) = grown(&boxes, 1 + case % 4);
-            let (nodes, order) = improve(&nodes, &order);
-            check(&nodes, &order, &boxes);
-        }
-    }
-
-    /// A tree as deep as is allowed stays so.
-    #[test]
-    fn depth_is_bounded() {
-        // Each box is twice the size of the one before it, which it holds.
-        let boxes: Vec<Aabb32> = (0..400)
-            .map(|i| {
-                let size = 2.0_f32.powi(i % 240 - 120);
-                let shift = if i < 240 { 0.0 } else { size };
-                Aabb32 {
-                    min: [shift, 0.0, 0.0],
-                    max: [shift + size, size, size],
-                }
-            })
-            .collect();
-        let (nodes, order) = grown(&boxes, 1);
-        let before = check(&nodes, &order, &boxes);
-        let (nodes, order) = improve(&nodes, &order);
-        let after = check(&nodes, &order, &boxes);
-        assert!(before > 20 && after <= MAX_DEPTH, "{before} {after}");
-    }
-}
+mod tests;

@@ -1,31 +1,31 @@
-//! Exact splits of small ranges: the surface area heuristic at every place
-//! between two neighbours, on all three axes.
+//! Exact splits of small ranges: the surface area heuristic at every place between two
+//! neighbours, on all three axes.
 //!
-//! A range is sorted once per axis; its parts keep their order, since a split
-//! takes the lower ranks of one axis and divides the other two lists stably.
-//! Here the count of blocks decides: a split that fills whole blocks is cheaper
-//! than one beside it that starts another.
+//! A range is sorted once per axis. Its parts keep their order, because a split takes the
+//! lower ranks of one axis and divides the other two lists stably. Costs count whole blocks,
+//! so a split that fills blocks is cheaper than a neighbouring one that starts another.
 
+use super::costs::{Costs, Scale};
 use super::record::{Bound, Extents, Row};
-use super::{Costs, Scale};
 
-/// Ranges up to here are swept.
+/// The most rows of a range that is split exactly.
 pub(super) const SMALL: usize = 128;
 
-/// Middles are compared in so many steps of the range's extent.
+/// The number of steps of the range's extent in which middles are compared, 2²³ − 1.
 const STEPS: f32 = 8_388_607.0;
-/// Bits of a rank.
+/// The bits of a rank.
 const RANK: u32 = SMALL.ilog2();
 
-/// Ranks by axis: rows, by their place in the range.
+/// The ranks of a range's rows by axis.
 pub(super) struct Sweep {
+    /// `[axis][rank]`: the row.
     sorted: [[u8; SMALL]; 3],
-    /// Cost of what lies right of a place.
+    /// By place: the cost of the rows at and right of it.
     right: [f32; SMALL],
     spare: [u8; SMALL],
 }
 
-/// The lower ranks of an axis go left.
+/// A split: the `left` lowest ranks of `axis` go left.
 #[derive(Clone, Copy)]
 pub(super) struct Cut {
     axis: usize,
@@ -43,14 +43,15 @@ impl Sweep {
         }
     }
 
+    /// Sorts the rows along each axis by the middles of their boxes.
     pub(super) fn sort(&mut self, rows: &[Row]) {
-        let middles = Extents::of(rows).middles;
+        let middles = Extents::measure(rows).middles;
         let low = middles.store();
         let extent = middles.extent();
         for axis in 0..3 {
             let scale = STEPS / extent[axis];
             let scale = if scale.is_finite() { scale } else { 0.0 };
-            // A key is the middle's step, then the row: no two are equal.
+            // A key is the middle's step and then the row, so no two keys are equal.
             let mut key = [u32::MAX; SMALL];
             for (i, row) in rows.iter().enumerate() {
                 let middle = row[axis + 4] - row[axis];
@@ -69,7 +70,8 @@ impl Sweep {
         }
     }
 
-    /// The cheapest cut of the ranks `first..last`, two or more.
+    /// Finds the cheapest cut of the ranks `first..last`, of which there are at least two;
+    /// `None` if areas are not finite.
     pub(super) fn best(
         &mut self,
         rows: &[Row],
@@ -86,12 +88,12 @@ impl Sweep {
             let right = &mut self.right[..n];
             let mut side = Bound::empty();
             for i in (1..n).rev() {
-                side = Bound::of(&rows[sorted[i] as usize % SMALL]).union(side);
+                side = Bound::load(&rows[sorted[i] as usize % SMALL]).union(side);
                 right[i] = scale.area(side) * costs.blocks(n - i);
             }
             side = Bound::empty();
             for i in 1..n {
-                side = Bound::of(&rows[sorted[i - 1] as usize]).union(side);
+                side = Bound::load(&rows[sorted[i - 1] as usize]).union(side);
                 let cost = scale.area(side) * costs.blocks(i) + right[i];
                 if cost < least {
                     least = cost;
@@ -103,7 +105,7 @@ impl Sweep {
         Some(self.cut(rows, first, last, (axis, left), least))
     }
 
-    /// Where no place is better than another.
+    /// Cuts the ranks in half at a multiple of a block, where no place is better than another.
     pub(super) fn half(&self, rows: &[Row], first: usize, last: usize, costs: &Costs) -> Cut {
         let left = (last - first).div_ceil(costs.block) / 2 * costs.block;
         self.cut(rows, first, last, (0, left), f32::INFINITY)
@@ -118,7 +120,7 @@ impl Sweep {
         cost: f32,
     ) -> Cut {
         let around = |ranks: &[u8]| {
-            let bounds = ranks.iter().map(|i| Bound::of(&rows[*i as usize]));
+            let bounds = ranks.iter().map(|i| Bound::load(&rows[*i as usize]));
             bounds.fold(Bound::empty(), |all, b| b.union(all))
         };
         let (a, b) = self.sorted[axis][first..last].split_at(left);
@@ -130,6 +132,7 @@ impl Sweep {
         }
     }
 
+    /// Reorders the other two axes so that the left ranks of the cut come first in all three.
     pub(super) fn divide(&mut self, first: usize, last: usize, cut: &Cut) {
         let mut is_left = [false; SMALL];
         for i in &self.sorted[cut.axis][first..first + cut.left] {
@@ -150,7 +153,7 @@ impl Sweep {
         }
     }
 
-    /// Rows of the ranks, in an order that all three axes had a say in.
+    /// Returns the rows of the ranks, in the order of axis 0 within the cuts made so far.
     pub(super) fn ranks(&self, first: usize, last: usize) -> &[u8] {
         &self.sorted[0][first..last]
     }

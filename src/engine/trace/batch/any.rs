@@ -1,7 +1,7 @@
 //! Batches of any-hit queries.
 
 use super::Batch;
-use crate::accel::{BaselineLevels, Count, InstanceBvhs, STREAM, World};
+use crate::accel::{BaselineAccelerator, Count, InstanceBvhs, STREAM, World};
 use crate::geom::Certainty;
 use crate::math::lanes::{Lanes, Mask};
 use crate::trace::beam::{BEAM, BeamBuffers, BeamScratch, BeamTraversal};
@@ -130,7 +130,7 @@ impl Batch for AnyBatch<'_> {
     #[inline(never)]
     fn packets<L: Lanes, C: Certainty>(
         mut self,
-        levels: &BaselineLevels,
+        levels: &BaselineAccelerator,
         count: Count,
         scratch: &mut TraceScratch,
     ) {

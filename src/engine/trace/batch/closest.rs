@@ -1,7 +1,7 @@
 //! Batches of closest-hit queries.
 
 use super::Batch;
-use crate::accel::{BaselineLevels, Count, InstanceBvhs, STREAM, World};
+use crate::accel::{BaselineAccelerator, Count, InstanceBvhs, STREAM, World};
 use crate::geom::Certainty;
 use crate::math::lanes::Lanes;
 use crate::trace::beam::{BEAM, BeamBuffers, BeamScratch, BeamTraversal};
@@ -95,7 +95,7 @@ impl Batch for ClosestBatch<'_, '_> {
     #[inline(never)]
     fn packets<L: Lanes, C: Certainty>(
         mut self,
-        levels: &BaselineLevels,
+        levels: &BaselineAccelerator,
         count: Count,
         scratch: &mut TraceScratch,
     ) {

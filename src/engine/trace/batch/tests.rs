@@ -119,7 +119,7 @@ fn answers<L: Lanes, C: Certainty>(
     world: &World,
     columns: &Columns,
 ) -> Vec<(Option<(u64, HitId)>, bool)> {
-    let Levels::Baseline(levels) = &world.levels else {
+    let Accelerator::Baseline(levels) = &world.accelerator else {
         unreachable!("packets go through narrow trees");
     };
     let rays = columns.rays();

@@ -44,7 +44,7 @@ fn what_is_sorted_out_is_what_exact_arithmetic_says() {
             &case.bounds,
             true,
         );
-        let planes = BlockPlanes::new(Block::Apart(&block), true);
+        let planes = BlockPlanes::new(Block::Unindexed(&block), true);
         for (i, ray) in rays.iter().enumerate().take(RAYS) {
             let all = case.corners.map(|corners| Pair { corners, ..*ray });
             let met = all.each_ref().map(meet_exact);

@@ -1,6 +1,6 @@
 //! Lint for CSG solids by logic alone. Where operands are equal, lie inside each other or
-//! lie apart, a point can be in only some CSG solids of them. If none of these is in the
-//! solid, the solid is empty; an operand that changes none of them is redundant.
+//! lie apart, only some sets of operands can contain a common point. If none of these sets
+//! is in the solid, the solid is empty; an operand that changes none of them is redundant.
 
 use super::solids::overlap;
 use crate::csg::State;
@@ -8,19 +8,20 @@ use crate::geom::HalfSpace;
 use crate::scene::{CsgOperand, CsgSolid, Face, FaceKey, Shape, Tables, faces_of};
 use glam::DVec3;
 
-/// The most distinct operands whose CSG solids, at most 2¹², are enumerated.
+/// The most distinct operands whose subsets, at most 2¹², are enumerated.
 const MAX_SETS: usize = 12;
 
 /// The result of the enumeration.
 pub(super) struct Logic {
-    /// Whether no possible CSG solid of operands is in the solid.
+    /// Whether no possible set of operands is in the solid.
     pub is_empty: bool,
     /// Operands that can be left out, or be all of space, without changing the solid, each
     /// by itself.
     pub idle: Vec<usize>,
 }
 
-/// Enumerates the possible CSG solids of operands; `None` if there are too many operands.
+/// Enumerates the possible sets of operands that contain a point; `None` if there are too
+/// many operands.
 pub(super) fn logic(tables: &Tables, solid: &CsgSolid) -> Option<Logic> {
     let sets = sets(tables, solid)?;
     let first = |set: usize| sets.iter().position(|s| *s == set);

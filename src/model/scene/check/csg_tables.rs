@@ -1,29 +1,19 @@
 //! Checks of CSG solids: no solid contains itself, and every operand has an inside.
 
-use super::graph::shown;
-use super::{Entity, EntityKind, SceneError, require, shape_entity};
+use super::entities::{shape_entity, shapes_of_csg, shortened};
+use super::numbers::require;
 use crate::csg::Operator;
 use crate::scene::csg_solid::{
     MAX_OPERANDS, MAX_SURFACES, operands_first, surfaces, unfolded_counts,
 };
+use crate::scene::error::SceneError;
 use crate::scene::ids::{CsgId, ShapeId};
 use crate::scene::{Shape, Tables, check_closed};
-
-/// Returns the shape of each CSG solid.
-fn shapes_of(scene: &Tables) -> Vec<u32> {
-    let mut of = vec![0; scene.csg.len()];
-    for (i, shape) in scene.shapes.rows.iter().enumerate() {
-        if let Shape::Csg(id) = shape {
-            of[id.index()] = i as u32;
-        }
-    }
-    of
-}
 
 /// Checks the CSG solids, and returns them with each after its operands.
 pub(super) fn csg_solids(scene: &Tables) -> Result<Vec<u32>, SceneError> {
     let table = &scene.csg;
-    let of = shapes_of(scene);
+    let of = shapes_of_csg(scene);
     let entity = |row: u32| shape_entity(scene, of[row as usize]);
     for row in 0..table.len() as u32 {
         let (what, id) = (|| entity(row), CsgId(row));
@@ -58,7 +48,7 @@ pub(super) fn csg_solids(scene: &Tables) -> Result<Vec<u32>, SceneError> {
         let label = |row: &u32| entity(*row).label.into();
         SceneError::CycleOfShapes {
             what: entity(path[0]),
-            path: shown(&path, label),
+            path: shortened(&path, label),
         }
     })?;
     let counts = unfolded_counts(scene, &order, 0, |_| 1);
@@ -95,7 +85,7 @@ pub(super) fn meshes(scene: &Tables) -> Result<(), SceneError> {
                 continue;
             }
             if let Err(leaks) = check_closed(scene, id) {
-                let of = of.get_or_insert_with(|| shapes_of(scene));
+                let of = of.get_or_insert_with(|| shapes_of_csg(scene));
                 return Err(SceneError::NotClosed {
                     what: shape_entity(scene, of[row as usize]),
                     operand: Box::new(shape_entity(scene, operand.shape.0)),
@@ -109,20 +99,4 @@ pub(super) fn meshes(scene: &Tables) -> Result<(), SceneError> {
 
 fn no_inside(scene: &Tables, shape: ShapeId) -> Option<&'static str> {
     scene.no_inside(scene.shapes.row(shape))
-}
-
-/// Returns the entity of an operand, for errors about its transform or material.
-pub(super) fn entity_of_operand(scene: &Tables, operand: usize) -> Entity {
-    let has = |row: &usize| {
-        let range = &scene.csg.operands_of[*row];
-        (range.start as usize..range.end as usize).contains(&operand)
-    };
-    let row = (0..scene.csg.len()).find(has);
-    match row.map(|row| shapes_of(scene)[row]) {
-        Some(shape) => {
-            let label = format!("an operand of {}", shape_entity(scene, shape));
-            Entity::new(EntityKind::Shape, shape, label)
-        }
-        None => Entity::new(EntityKind::Shape, u32::MAX, format!("operand {operand}")),
-    }
 }

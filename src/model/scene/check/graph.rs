@@ -1,17 +1,19 @@
 //! Checks of references: ids are in range, nodes have no cycles, and transforms are
 //! regular, alone and along every path.
 
-use super::csg_tables::entity_of_operand;
-use super::{Entity, EntityKind, SceneError, shape_entity};
+use super::entities::{operand_entity, shape_entity, shortened};
+use crate::scene::error::{Entity, EntityKind, SceneError};
+use crate::scene::graph_order::children_first;
 use crate::scene::ids::{ShapeId, TransformId};
 use crate::scene::motion::{Key, singular_time};
 use crate::scene::nodes::Target;
 use crate::scene::{Edges, Tables};
 
+/// Checks that all ids are in the range of their tables.
 pub(super) fn ranges(scene: &Tables) -> Result<(), SceneError> {
-    edge_ranges(scene, &scene.roots, |i| instance(scene, i))?;
+    edge_ranges(scene, &scene.roots, |i| root_entity(scene, i))?;
     let parents = parents(scene);
-    edge_ranges(scene, &scene.edges, |i| child(scene, &parents, i))?;
+    edge_ranges(scene, &scene.edges, |i| child_entity(scene, &parents, i))?;
     for (i, shape) in scene.shapes.rows.iter().enumerate() {
         let (kind, id, count) = (
             shape.kind_name(),
@@ -21,7 +23,7 @@ pub(super) fn ranges(scene: &Tables) -> Result<(), SceneError> {
         dangling(|| shape_entity(scene, i as u32), kind, id, count)?;
     }
     for (i, operand) in scene.csg.operands.iter().enumerate() {
-        let what = || entity_of_operand(scene, i);
+        let what = || operand_entity(scene, i);
         let transform = operand.transform.0;
         dangling(what, "shape", operand.shape.0, scene.shapes.len())?;
         dangling(what, "transform", transform, scene.transforms.len())?;
@@ -51,6 +53,7 @@ pub(super) fn ranges(scene: &Tables) -> Result<(), SceneError> {
     Ok(())
 }
 
+/// Checks the ids of edges.
 fn edge_ranges(
     scene: &Tables,
     edges: &Edges,
@@ -71,13 +74,14 @@ fn edge_ranges(
     Ok(())
 }
 
-fn instance(scene: &Tables, row: u32) -> Entity {
+/// Returns the entity of a root, which scene files call an instance.
+fn root_entity(scene: &Tables, row: u32) -> Entity {
     let label = format!("instance {}", scene.root_names.label(row));
     Entity::new(EntityKind::Instance, row, label)
 }
 
 /// Returns the entity of a child edge; `parents` are the nodes of all edges.
-fn child(scene: &Tables, parents: &[u32], row: u32) -> Entity {
+fn child_entity(scene: &Tables, parents: &[u32], row: u32) -> Entity {
     let label = match parents[row as usize] {
         u32::MAX => format!("edge {row}"),
         node => format!("a child of node {}", scene.nodes.names.label(node)),
@@ -85,6 +89,7 @@ fn child(scene: &Tables, parents: &[u32], row: u32) -> Entity {
     Entity::new(EntityKind::Edge, row, label)
 }
 
+/// Returns an error unless `id` is below `count`.
 fn dangling(
     what: impl FnOnce() -> Entity,
     kind: &'static str,
@@ -111,98 +116,18 @@ fn parents(scene: &Tables) -> Vec<u32> {
     parent
 }
 
+/// Checks that no node contains itself.
 pub(super) fn cycles(scene: &Tables) -> Result<(), SceneError> {
     children_first(scene).map(|_| ()).map_err(|path| {
         let label = |n: &u32| scene.nodes.names.label(*n);
         SceneError::Cycle {
             what: Entity::new(EntityKind::Node, path[0], label(&path[0])),
-            path: shown(&path, label),
+            path: shortened(&path, label),
         }
     })
 }
 
-/// Returns the labels of a path for a message, shortened because a path may have a million
-/// nodes.
-pub(super) fn shown(path: &[u32], label: impl Fn(&u32) -> String) -> Vec<String> {
-    const ENDS: usize = 5;
-    if path.len() <= 2 * ENDS + 1 {
-        return path.iter().map(label).collect();
-    }
-    let (head, tail) = (&path[..ENDS], &path[path.len() - ENDS..]);
-    let between = format!("({} more)", path.len() - 2 * ENDS);
-    head.iter()
-        .map(&label)
-        .chain([between])
-        .chain(tail.iter().map(&label))
-        .collect()
-}
-
-/// Marks the nodes that an instance leads to.
-pub fn used_nodes(scene: &Tables, children_first: &[u32]) -> Vec<bool> {
-    fn mark(used: &mut [bool], targets: &[Target]) {
-        for target in targets {
-            if let Target::Node(node) = target {
-                used[node.index()] = true;
-            }
-        }
-    }
-    let mut used = vec![false; scene.nodes.len()];
-    mark(&mut used, &scene.roots.target);
-    for node in children_first.iter().rev() {
-        if used[*node as usize] {
-            let rows = scene.nodes.children[*node as usize].clone();
-            let targets = &scene.edges.target[rows.start as usize..rows.end as usize];
-            mark(&mut used, targets);
-        }
-    }
-    used
-}
-
-/// Lists the nodes, each after all of its children; or returns a cycle, with its first node
-/// repeated. The stack is explicit, because graphs may be a million nodes deep.
-pub fn children_first(scene: &Tables) -> Result<Vec<u32>, Vec<u32>> {
-    const NEW: u8 = 0;
-    const OPEN: u8 = 1;
-    const DONE: u8 = 2;
-    let mut state = vec![NEW; scene.nodes.len()];
-    let mut order = Vec::with_capacity(scene.nodes.len());
-    let mut stack: Vec<(u32, u32)> = Vec::new();
-    for start in 0..scene.nodes.len() as u32 {
-        if state[start as usize] != NEW {
-            continue;
-        }
-        state[start as usize] = OPEN;
-        stack.push((start, scene.nodes.children[start as usize].start));
-        while let Some((node, next)) = stack.last_mut() {
-            if *next == scene.nodes.children[*node as usize].end {
-                state[*node as usize] = DONE;
-                order.push(*node);
-                stack.pop();
-                continue;
-            }
-            let target = scene.edges.target[*next as usize];
-            *next += 1;
-            let Target::Node(child) = target else {
-                continue;
-            };
-            match state[child.index()] {
-                NEW => {
-                    state[child.index()] = OPEN;
-                    stack.push((child.0, scene.nodes.children[child.index()].start));
-                }
-                OPEN => {
-                    let from = stack.iter().position(|(n, _)| *n == child.0).unwrap_or(0);
-                    let mut path: Vec<u32> = stack[from..].iter().map(|(n, _)| *n).collect();
-                    path.push(child.0);
-                    return Err(path);
-                }
-                _ => {}
-            }
-        }
-    }
-    Ok(order)
-}
-
+/// Checks that transforms and motions in use are finite and regular.
 pub(super) fn transforms(scene: &Tables) -> Result<(), SceneError> {
     let parents = parents(scene);
     let of_edges = |edges: &Edges, what: &dyn Fn(u32) -> Entity| {
@@ -226,11 +151,11 @@ pub(super) fn transforms(scene: &Tables) -> Result<(), SceneError> {
         }
         Ok(())
     };
-    of_edges(&scene.roots, &|i| instance(scene, i))?;
-    of_edges(&scene.edges, &|i| child(scene, &parents, i))?;
+    of_edges(&scene.roots, &|i| root_entity(scene, i))?;
+    of_edges(&scene.edges, &|i| child_entity(scene, &parents, i))?;
     for (i, operand) in scene.csg.operands.iter().enumerate() {
         let row = operand.transform.index();
-        let what = || entity_of_operand(scene, i);
+        let what = || operand_entity(scene, i);
         if !scene.transforms.local[row].is_finite() {
             return Err(SceneError::NotFinite {
                 what: what(),
@@ -245,6 +170,7 @@ pub(super) fn transforms(scene: &Tables) -> Result<(), SceneError> {
     Ok(())
 }
 
+/// Checks the keys of a motion, and that it is regular between them.
 fn motion(keys: &[Key], what: &dyn Fn() -> Entity) -> Result<(), SceneError> {
     let mut last = 0.0;
     // The first key is the transform itself, which is already checked.

@@ -1,6 +1,7 @@
 //! Checks of materials, lights and cameras.
 
-use super::{Entity, EntityKind, SceneError, finite, finite3, require};
+use super::numbers::{finite, finite3, require};
+use crate::scene::error::{Entity, EntityKind, SceneError};
 use crate::scene::{Light, Material, Model, Projection, Tables};
 use glam::DVec3;
 

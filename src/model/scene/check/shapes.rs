@@ -1,11 +1,13 @@
 //! The shapes' own numbers, kind by kind.
 
-use super::{Entity, SceneError, finite, finite3, shape_entity};
+use super::entities::shape_entity;
+use super::numbers::{finite, finite3};
+use crate::scene::error::{Entity, SceneError};
 use crate::scene::{Shape, Tables};
 
 pub(super) fn primitives(scene: &Tables) -> Result<(), SceneError> {
     for (i, shape) in (0..).zip(&scene.shapes.rows) {
-        let what = |flaw| SceneError::of(shape_entity(scene, i), flaw);
+        let what = |flaw| SceneError::from_flaw(shape_entity(scene, i), flaw);
         scene.flaw(*shape).map_err(what)?;
     }
     Ok(())
@@ -112,8 +114,8 @@ pub(super) fn meshes(scene: &Tables) -> Result<(), SceneError> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::EntityKind;
     use super::*;
+    use crate::scene::error::EntityKind;
 
     /// By its count alone: such a mesh would take gigabytes.
     #[test]

@@ -1,35 +1,34 @@
-//! Building grids: how many cells, and two counting passes that lay their lists
-//! out without gaps (Lagae and Dutré, Compact, Fast and Robust Grids for Ray
-//! Tracing, 2008).
+//! The builder of grids. It chooses the number of cells, and two counting passes lay out their
+//! lists without gaps (Lagae and Dutré, Compact, Fast and Robust Grids for Ray Tracing, 2008).
 //!
-//! An entry is listed by the least range of cells that covers its box: along
-//! each axis from the last plane not above it to the first plane not below it.
-//! One on a plane is listed on one side only; rays see it from the other side,
-//! since their pads overlap (see the module above). No pad is added here.
+//! An entry is listed in the least range of cells that covers its box: along each axis from
+//! the last plane not above it to the first plane not below it. An entry on a plane is listed
+//! on one side only; rays on the other side find it, because padded intervals overlap (see
+//! the module above). No pad is added here.
 //!
-//! Memory is bounded: cells and references each to a multiple of the entries'
-//! number. Where entries are so large that the lists would grow past it, the
-//! grid is made coarser until they do not; one cell lists each entry once.
+//! Memory is bounded: the numbers of cells and of references are at most a multiple of the
+//! number of entries. Where entries are so large that the lists would grow further, the grid
+//! is made coarser until they fit; one cell lists each entry once.
 
 use super::{Block, Content, Grid, INNER};
 use crate::accel::baselines::index::{Figures, Primitives};
 use crate::math::Aabb32;
 
-/// How fine a grid is.
+/// The density of a grid's cells.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Density {
     /// λ: cells per entry (Cleary and Wyvill 1988; Ize, Shirley, Parker, Grid
     /// Creation Strategies for Efficient Ray Tracing, 2007).
     pub cells: f64,
-    /// References from which on a cell gets a grid of its own; `usize::MAX` for
-    /// none anywhere.
+    /// The least number of references with which a cell gets a grid of its own; `usize::MAX`
+    /// if no cell does.
     pub dense: usize,
-    /// λ of those.
+    /// λ of the inner grids.
     pub inner: f64,
 }
 
-/// Of what was measured on the standard scenes, the fewest tests for its cells
-/// (docs/GRIDS.md).
+/// Of the densities measured on the standard scenes, this needs the fewest tests for its
+/// number of cells (docs/results/structures.md).
 impl Default for Density {
     fn default() -> Density {
         Density {
@@ -41,7 +40,7 @@ impl Default for Density {
 }
 
 impl Density {
-    /// One level.
+    /// Returns the density of a grid of one level.
     pub fn flat(cells: f64) -> Density {
         Density {
             cells,
@@ -51,24 +50,24 @@ impl Density {
     }
 }
 
-/// References per entry at most, in one block.
+/// The most references per entry, in one block.
 const MOST_REFERENCES: u64 = 16;
-/// Cells along one axis at most.
+/// The most cells along one axis.
 const MOST_ALONG: f64 = 4096.0;
-/// Cells, and references, of a whole grid at most: they are numbered in 31 bits.
+/// The most cells, and references, of a whole grid; they are numbered in 31 bits.
 const MOST: u64 = 1 << 31;
-/// Cost of a step, in primitive tests.
+/// The cost of a step, in primitive tests.
 const STEP_COST: f64 = 0.25;
 
-/// One block's lists.
+/// The lists of one block's cells.
 struct Lists {
-    /// By cell; one more than cells.
+    /// By cell: where its list begins; one row more ends the last.
     starts: Vec<u32>,
     entries: Vec<u32>,
 }
 
 impl Grid {
-    /// The grid; its entries are the primitives in their own order.
+    /// Builds a grid; its entries are the primitives in their own order.
     pub fn build(primitives: &Primitives, density: &Density) -> (Grid, Vec<u32>) {
         let boxes = primitives.boxes;
         let order: Vec<u32> = (0..boxes.len() as u32).collect();
@@ -101,7 +100,7 @@ impl Grid {
             }
             grid.cells.push(grid.slots.len() as u32);
         }
-        // The inner grids' cells follow; each list starts where the last ended.
+        // The inner grids' cells follow; each list begins where the last ended.
         for (block, lists) in open {
             grid.blocks[block].first = grid.cells.len() as u32 - 1;
             let before = grid.slots.len() as u32;
@@ -114,7 +113,7 @@ impl Grid {
         (grid, order)
     }
 
-    /// A grid inside a cell, where it separates anything.
+    /// Builds a grid inside a cell; `None` if it would have one cell or too many references.
     fn inner(
         &mut self,
         cell: usize,
@@ -139,7 +138,7 @@ impl Grid {
         Some((before.0, lists))
     }
 
-    /// Adds a block over a box, and lists the entries that reach into it.
+    /// Adds a block over a box, and returns the lists of the entries that reach into it.
     fn block(&mut self, bounds: &Aabb32, ids: &[u32], boxes: &[Aabb32], density: f64) -> Lists {
         let most = MOST_REFERENCES * ids.len() as u64 + 64;
         let mut res = resolution(bounds, ids.len(), density);
@@ -173,7 +172,7 @@ impl Grid {
         }
     }
 
-    /// A block without cells yet.
+    /// Makes a block that has planes but no cells yet.
     fn cut(&mut self, bounds: &Aabb32, res: [u32; 3]) -> Block {
         let mut block = Block {
             res,
@@ -202,8 +201,8 @@ impl Grid {
         block
     }
 
-    /// The least ranges of cells, ends included, that cover a box or the part of
-    /// it that lies in the block.
+    /// Returns the least ranges of cells, ends included, that cover a box or the part of it in
+    /// the block.
     fn ranges(&self, block: &Block, of: &Aabb32) -> [(usize, usize); 3] {
         std::array::from_fn(|k| {
             let planes = self.planes(block, k);
@@ -229,8 +228,8 @@ impl Grid {
         })
     }
 
-    /// Expected cost by the surfaces of cells (Cleary and Wyvill 1988), and
-    /// counts.
+    /// Returns the grid's counts, and the expected cost by the surface areas of cells (Cleary
+    /// and Wyvill 1988).
     pub(super) fn measure(&self) -> Figures {
         let whole = half_area(&self.bounds.min, &self.bounds.max);
         let mut figures = Figures {
@@ -267,16 +266,18 @@ impl Grid {
     }
 }
 
+/// Returns half the surface area of a box.
 fn half_area(min: &[f32; 3], max: &[f32; 3]) -> f64 {
     let d: [f64; 3] = std::array::from_fn(|k| f64::from(max[k]) - f64::from(min[k]));
     d[0] * d[1] + d[1] * d[2] + d[2] * d[0]
 }
 
+/// Returns the number of cells of the ranges.
 fn count(ranges: &[(usize, usize); 3]) -> u64 {
     ranges.iter().map(|(a, b)| (b - a + 1) as u64).product()
 }
 
-/// The cells of ranges, counted from the block's first.
+/// Calls `then` with each cell of the ranges, counted from the block's first.
 fn each(block: &Block, [x, y, z]: &[(usize, usize); 3], mut then: impl FnMut(usize)) {
     let [nx, ny, _] = block.res.map(|n| n as usize);
     for k in z.0..=z.1 {
@@ -289,8 +290,9 @@ fn each(block: &Block, [x, y, z]: &[(usize, usize); 3], mut then: impl FnMut(usi
     }
 }
 
-/// About `density`·`entries` cells, as near to cubes as their number allows: an
-/// axis too short for two cells has one, and the others share out the rest.
+/// Returns the number of cells along each axis: about `density`·`entries` cells, as near to
+/// cubes as their number allows. An axis too short for two cells has one, and the others
+/// share the rest.
 fn resolution(bounds: &Aabb32, entries: usize, density: f64) -> [u32; 3] {
     let extent: [f64; 3] =
         std::array::from_fn(|k| f64::from(bounds.max[k]) - f64::from(bounds.min[k]));
@@ -305,7 +307,7 @@ fn resolution(bounds: &Aabb32, entries: usize, density: f64) -> [u32; 3] {
         if n == 0 {
             return [1; 3];
         }
-        // Through logarithms: the product of extents may overflow.
+        // Logarithms are used, because the product of extents may overflow.
         let logs: f64 = axes().map(|k| libm::log(extent[k])).sum();
         let side = libm::exp((logs - libm::log(cells)) / n as f64);
         let short = axes().find(|k| extent[*k] < side);

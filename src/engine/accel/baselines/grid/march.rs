@@ -1,42 +1,43 @@
-//! One lane through a block: a three-dimensional digital differential analyser
-//! (Amanatides and Woo, A Fast Voxel Traversal Algorithm for Ray Tracing, 1987)
-//! that tolerates rounding.
+//! The traversal of a block by one lane: a three-dimensional digital differential analyser
+//! (Amanatides and Woo, A Fast Voxel Traversal Algorithm for Ray Tracing, 1987) that tolerates
+//! rounding.
 //!
-//! Theirs has one cell at a time, and at a corner rounding chooses. Here each
-//! axis has a front, the last cell entered, and a back, the first cell not yet
-//! left, by padded planes; where the ray is within the pad of a plane they
-//! differ. When a front enters a cell, that cell is visited together with all
-//! from back to front on the other axes. A cell is then visited exactly when its
-//! last axis enters it, if the others have not left it: once, and if and only if
-//! its padded interval is not empty. Away from planes that is one cell a step.
+//! Theirs visits one cell at a time, and at a corner rounding decides which. Here each axis
+//! has a front, the last cell entered, and a back, the first cell not yet left, both by padded
+//! planes; they differ where the ray is within the pad of a plane. When the front of an axis
+//! enters a cell, that cell is visited together with all cells from back to front on the other
+//! axes. So a cell is visited when the last of its axes enters it, if the others have not left
+//! it: once, and if and only if its padded interval is not empty. Away from planes that is one
+//! cell a step.
 
 use super::{Content, Walk};
 use crate::math::lanes::{Lanes, Mask, Scalar};
 
-/// One axis of a lane's slab constants: 1/direction, −(org + δ)/direction for
-/// lower planes, −(org − δ)/direction for upper ones.
+/// The slab constants (inv, low, high) of one lane and axis, as of
+/// [`Slabs::axis`](crate::accel::Slabs::axis).
 pub(super) type Axis<S> = (S, S, S);
 
-/// A lane's way along one axis of a block, in the order of its direction.
+/// The state of a lane along one axis of a block. Cells are counted in the ray's direction.
 #[derive(Clone, Copy)]
 struct Track<'g, S> {
     planes: &'g [f32],
     inv: S,
-    /// For the planes that cells are entered by, and left by.
+    /// The constant of planes through which cells are entered.
     near: S,
+    /// The constant of planes through which cells are left.
     far: S,
     backward: bool,
     front: usize,
     back: usize,
-    /// When the front enters its next cell; ∞ where there is none.
+    /// The t at which the front enters its next cell; ∞ if there is none.
     next: S,
-    /// When the back leaves its cell.
+    /// The t at which the back leaves its cell.
     leave: S,
 }
 
 impl<'g, S: Scalar> Track<'g, S> {
-    /// Where the lane is at `t`, which lies between the first entry and the last
-    /// exit. `guess` is about the cell.
+    /// Makes the state at `t`, which lies between the first entry and the last exit. `guess`
+    /// returns about the cell of a coordinate.
     #[inline(always)]
     fn new(
         planes: &'g [f32],
@@ -78,7 +79,7 @@ impl<'g, S: Scalar> Track<'g, S> {
         track
     }
 
-    /// The i-th plane on the way.
+    /// Returns the i-th plane along the ray.
     #[inline(always)]
     fn plane(&self, i: usize) -> S {
         let at = if self.backward {
@@ -89,16 +90,19 @@ impl<'g, S: Scalar> Track<'g, S> {
         S::from_f32(self.planes[at])
     }
 
+    /// Returns the t at which the ray enters the i-th cell.
     #[inline(always)]
     fn enter(&self, i: usize) -> S {
         self.plane(i).scalar_mul_add(self.inv, self.near)
     }
 
+    /// Returns the t at which the ray leaves the i-th cell.
     #[inline(always)]
     fn exit(&self, i: usize) -> S {
         self.plane(i + 1).scalar_mul_add(self.inv, self.far)
     }
 
+    /// Returns the t at which the ray enters the cell behind the front; ∞ if there is none.
     #[inline(always)]
     fn after_front(&self) -> S {
         if self.front + 2 < self.planes.len() {
@@ -108,14 +112,14 @@ impl<'g, S: Scalar> Track<'g, S> {
         }
     }
 
-    /// The front enters its next cell.
+    /// Moves the front to its next cell.
     #[inline(always)]
     fn advance(&mut self) {
         self.front += 1;
         self.next = self.after_front();
     }
 
-    /// The back leaves what lies before `t`.
+    /// Moves the back past the cells that the ray leaves before `t`.
     #[inline(always)]
     fn leave_before(&mut self, t: S) {
         while self.leave < t && self.back < self.front {
@@ -124,6 +128,7 @@ impl<'g, S: Scalar> Track<'g, S> {
         }
     }
 
+    /// Returns the cell's number in the block.
     #[inline(always)]
     fn cell(&self, i: usize) -> usize {
         if self.backward {
@@ -135,7 +140,7 @@ impl<'g, S: Scalar> Track<'g, S> {
 }
 
 impl<L: Lanes> Walk<'_, '_, L> {
-    /// `enter..=exit`: the lane's way inside the block.
+    /// Walks one lane through a block; `enter..=exit` is its interval inside it.
     pub(super) fn march(
         &mut self,
         block: usize,
@@ -162,7 +167,7 @@ impl<L: Lanes> Walk<'_, '_, L> {
                 (2, 0, 1)
             };
             let t = tracks[k].next;
-            // Also where t is NaN or ∞.
+            // The walk also ends where t is NaN or ∞.
             if !(t <= exit && t <= self.limit.lane(lane)) || t == L::Scalar::INFINITY {
                 return;
             }
@@ -175,7 +180,7 @@ impl<L: Lanes> Walk<'_, '_, L> {
         }
     }
 
-    /// The cells from back to front on every axis.
+    /// Visits the cells from back to front on every axis.
     #[inline(always)]
     fn visit(
         &mut self,

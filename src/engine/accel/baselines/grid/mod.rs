@@ -1,26 +1,21 @@
-//! Uniform grids: space cut into equal cells, each with a list of the entries
-//! whose boxes reach into it (Fujimoto, Tanaka, Iwata 1986; Cleary and Wyvill
-//! 1988). A cell with many entries holds a grid of its own (Jevans and Wyvill
-//! 1989; two levels: Kalojanov, Billeter, Slusallek 2011).
+//! Uniform grids: space is divided into equal cells, each with a list of the entries whose
+//! boxes reach into it (Fujimoto, Tanaka, Iwata 1986; Cleary and Wyvill 1988). A cell with
+//! many entries has a grid of its own (Jevans and Wyvill 1989; two levels: Kalojanov,
+//! Billeter, Slusallek 2011).
 //!
-//! Coherent packets march through it slice by slice ([`slices`]), others lane by
-//! lane with a digital differential analyser ([`march`]). An entry is met once
-//! per packet, however many cells name it ([`Mailbox`]).
+//! Coherent packets pass through it slice by slice ([`slices`]), others lane by lane with a
+//! digital differential analyser ([`march`]). An entry is tested once per packet, however
+//! many cells list it ([`Mailbox`]).
 //!
-//! Invariant, by which a grid gives the bits of a linear scan: a cell is a box,
-//! and its planes are numbers of a table, so [`Slabs`] gives a lane an interval
-//! of t for it, padded as for any box. A walk visits every cell whose interval
-//! meets t_min..=limit. That suffices: let t be in the interval of an entry's
-//! box. Along one axis the cells that name the entry cover its box, and padded
-//! intervals of neighbours overlap (one plane less the pad is the entry of one,
-//! the same plane plus the pad is the exit of the other), so by monotonicity
-//! some of those cells has t in its interval; the entry is named by every
-//! CSG solid of them along the three axes, so by the cell that has t on all
-//! three. The same holds inside a cell for its own grid. No t is ever added up
-//! step by step: each is computed anew from its plane.
+//! Invariant: a traversal visits every cell whose padded interval, as [`Slabs`] gives it,
+//! meets t_min..=limit. By docs/numerics/boxes.md, X14, a grid then gives the bits of a
+//! linear scan: the planes of cells are numbers of a table, padded intervals of neighbours
+//! overlap, and the combination of cells along the three axes that contains t lists the
+//! entry. The same holds for the grid inside a cell. No t is ever added up step by step; each
+//! is computed anew from its plane.
 //!
-//! The tests below hold the cells visited against all cells, suite.rs walks
-//! against the linear scan, tests/structures/accel.rs pictures.
+//! tests.rs compares the cells visited with all cells, index_tests.rs compares traversals
+//! with the linear scan, and tests/structures/accel.rs compares pictures.
 
 mod build;
 mod march;
@@ -37,42 +32,43 @@ use crate::accel::slabs::Slabs;
 use crate::math::Aabb32;
 use crate::math::lanes::{Lanes, Mask};
 
-/// A grid over entries `0..len`, in the order that the builder gave them.
+/// A grid over entries `0..len`, in the builder's order.
 #[derive(Clone, Debug)]
 pub struct Grid {
     pub bounds: Aabb32,
     pub len: usize,
-    /// The whole first, then the grids of dense cells.
+    /// The outer grid first, then the grids of dense cells.
     blocks: Vec<Block>,
-    /// Ascending coordinates between cells, of every block and axis.
+    /// The ascending coordinates of the planes between cells, for every block and axis.
     planes: Vec<f32>,
     /// Where each cell's list starts in `slots`; it ends where the next starts.
     cells: Vec<u32>,
-    /// Entries; or, alone in its cell, [`INNER`] and a block.
+    /// The entries of cells; or [`INNER`] with a block, alone in its cell.
     slots: Vec<u32>,
 }
 
-/// Marks a block among slots.
+/// The mark of a block among slots.
 const INNER: u32 = 1 << 31;
 
 /// A box cut into cells, x fastest.
 #[derive(Clone, Copy, Debug)]
 struct Block {
-    /// Cells along each axis.
+    /// The number of cells along each axis.
     res: [u32; 3],
-    /// Where its planes start, one more than cells on each axis.
+    /// By axis: the row of its first plane; there is one plane more than cells.
     planes: [u32; 3],
-    /// Placement of its first cell.
+    /// The row of its first cell.
     first: u32,
-    /// Lower corner.
+    /// The lower corner.
     min: [f64; 3],
-    /// Cells per unit of length; 0 where there is only one.
+    /// The cells per unit of length; 0 if there is only one.
     scale: [f64; 3],
-    /// By how many cells a plane may lie off its place i/scale, rounded up.
+    /// How far a plane may lie off its place i/scale, in cells, rounded up.
     wobble: [f64; 3],
 }
 
 impl Block {
+    /// Returns the row of a cell.
     #[inline(always)]
     fn cell(&self, at: [usize; 3]) -> usize {
         let [x, y, _] = self.res.map(|n| n as usize);
@@ -85,12 +81,13 @@ impl Block {
 }
 
 impl Grid {
-    /// The planes of a block along an axis.
+    /// Returns the planes of a block along an axis.
     #[inline(always)]
     fn planes(&self, block: &Block, axis: usize) -> &[f32] {
         &self.planes[block.planes[axis] as usize..][..block.res[axis] as usize + 1]
     }
 
+    /// Returns the box of a cell as (min, max).
     #[inline(always)]
     fn cell_box(&self, block: &Block, at: [usize; 3]) -> ([f32; 3], [f32; 3]) {
         let plane = |k: usize, up: usize| self.planes[block.planes[k] as usize + at[k] + up];
@@ -100,7 +97,7 @@ impl Grid {
         )
     }
 
-    /// What a cell names.
+    /// Returns the content of a cell.
     #[inline(always)]
     fn content(&self, cell: usize) -> Content {
         let (start, end) = (self.cells[cell] as usize, self.cells[cell + 1] as usize);
@@ -115,37 +112,37 @@ impl Grid {
         }
     }
 
-    /// Cells along the axes of the whole.
+    /// Returns the number of cells of the outer grid along each axis.
     pub fn resolution(&self) -> [u32; 3] {
         self.blocks[0].res
     }
 
-    /// Dense cells with a grid of their own.
+    /// Returns the number of dense cells that have a grid of their own.
     pub fn inner_grids(&self) -> usize {
         self.blocks.len() - 1
     }
 }
 
+/// The content of a cell.
 enum Content {
     Nothing,
-    /// From, to in `slots`.
+    /// The range of its entries in `slots`.
     List(usize, usize),
     Block(usize),
 }
 
-/// One packet on its way.
+/// The traversal of one packet.
 ///
-/// Whenever an entry is met, it is met by all lanes that have cells left, in
-/// their way through this cell or not: so once is enough, and it costs nothing,
-/// since the lanes compute anyway. A lane that does not reach the entry's box
-/// has no hit there, as ever.
+/// An entry is tested for all lanes that have cells left, whether they pass through this cell
+/// or not, so that one test per packet is enough. It costs nothing, because all lanes compute
+/// anyway. A lane that misses the entry's box has no hit there.
 struct Walk<'w, 'l, L: Lanes> {
     grid: &'w Grid,
     slabs: &'w Slabs<L>,
-    /// Into the bounds, and not before t_min.
+    /// The t at which the lanes enter the bounds, at least t_min.
     enter: L,
     limit: L,
-    /// Lanes that have cells left.
+    /// The lanes that have cells left.
     waiting: L::Mask,
     mailbox: &'w mut Mailbox,
     counter: Count<'w>,
@@ -153,7 +150,7 @@ struct Walk<'w, 'l, L: Lanes> {
 }
 
 impl<L: Lanes> Walk<'_, '_, L> {
-    /// Tests what a cell names for all lanes that have cells left.
+    /// Tests the entries of a cell for all lanes that have cells left.
     #[inline(always)]
     fn list(&mut self, from: usize, to: usize) {
         for place in from..to {
@@ -167,13 +164,13 @@ impl<L: Lanes> Walk<'_, '_, L> {
         }
     }
 
-    /// All lanes through one block; `enter..=exit` is their way inside.
+    /// Walks all lanes through one block; `enter..=exit` are their intervals inside it.
     fn block(&mut self, block: usize, enter: L, exit: L) {
         let inside = enter.le(exit.min(self.limit));
         if L::COUNT > 1
-            && let Some(bundle) = self.bundle(block, inside, enter, exit)
+            && let Some(volume) = self.volume(block, inside, enter, exit)
         {
-            return self.slices(block, &bundle, enter, exit);
+            return self.slices(block, &volume, enter, exit);
         }
         let mut bits = inside.bits();
         let outermost = block == 0;
@@ -206,8 +203,7 @@ impl Index for Grid {
         self.measure()
     }
 
-    /// Entries keep their places: cells name them one by one. Only the lists
-    /// are brought into order.
+    /// Sorts the lists of cells; entries keep their order, because cells list them one by one.
     fn group(&mut self, order: &mut [u32], key: &dyn Fn(u32) -> (u8, u64)) {
         for cell in 0..self.cells.len() - 1 {
             if let Content::List(from, to) = self.content(cell) {

@@ -1,56 +1,55 @@
-//! A coherent packet through a block, slice by slice along the axis on which it
-//! crosses most cells (Wald, Ize, Kensler, Knoll, Parker: Ray tracing animated
-//! scenes using coherent grid traversal, 2006).
+//! The traversal of a block by a coherent packet, slice by slice along the axis on which it
+//! crosses the most cells (Wald, Ize, Kensler, Knoll, Parker: Ray tracing animated scenes
+//! using coherent grid traversal, 2006).
 //!
-//! Where the lanes are on the two other axes is bounded by four planes: between
-//! the block's first and last plane a lane's coordinate is linear, so the least
-//! of all lanes is concave, and lies above the straight line between its ends;
-//! likewise for the greatest. So a slice's rectangle of cells comes from two
-//! interpolations an axis. Theirs is added up from slice to slice; here it is
-//! computed for each, and widened by twice the slabs' pads, which has room for
-//! its roundings. Cells of the rectangle that name something are met by their
-//! padded intervals, lane by lane: what no lane is in costs no test.
+//! Four planes bound the lanes on the two other axes. Between the block's first and last plane
+//! a lane's coordinate is linear, so the least of all lanes is concave and lies above the line
+//! between its ends; likewise for the greatest. So the rectangle of cells of a slice comes
+//! from two interpolations per axis. Theirs are added up from slice to slice; here each is
+//! computed anew, and widened by twice the slabs' pads, which has room for its roundings. The
+//! padded intervals of the rectangle's cells that have entries are tested for all lanes; a
+//! cell that no lane is in costs no primitive test.
 
 use super::{Content, Walk};
 use crate::math::lanes::{Lanes, Mask, Scalar};
 
-/// A packet's bounds in a block.
+/// The volume of a packet in a block.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Bundle {
+pub(super) struct PacketVolume {
     /// The axis of the slices, and the two others.
     axes: [usize; 3],
-    /// Slices lie on the way in descending order.
+    /// Whether the rays pass the slices in descending order.
     backward: bool,
-    /// First and last slice on the way, in ascending order of cells.
+    /// The first and the last slice, in ascending order of cells.
     slices: (usize, usize),
-    /// On each other axis, in cells and widened: the least and the greatest
-    /// coordinate of any lane at the block's lower plane, and their change
-    /// across the block. Cells are reached from `floor(least)` to
-    /// `floor(greatest)`.
+    /// For each of the two other axes, in cells and widened: the least and the greatest
+    /// coordinate of any lane at the block's lower plane, each with its change across the
+    /// block. Cells from `floor(least)` to `floor(greatest)` are reached.
     sides: [[(f64, f64); 2]; 2],
 }
 
-/// Cells per slice and lane, up to which slices are taken.
+/// The most cells per slice and lane for which a packet goes by slices.
 const WIDEST: f64 = 1.0;
 
 impl<L: Lanes> Walk<'_, '_, L> {
-    /// `None` where the lanes had better march alone: their directions differ in
-    /// sign, they are spread over too many cells, or the bounds overflow.
+    /// Returns the volume of a packet; `None` if the lanes are better walked one by one,
+    /// because their directions differ in sign, they are spread over too many cells, or the
+    /// bounds overflow.
     #[inline(always)]
-    pub(super) fn bundle(
+    pub(super) fn volume(
         &self,
         block: usize,
         inside: L::Mask,
         enter: L,
         exit: L,
-    ) -> Option<Bundle> {
+    ) -> Option<PacketVolume> {
         let of = &self.grid.blocks[block];
         let bits = inside.bits();
         if bits.count_ones() < 2 {
             return None;
         }
         let constants = self.slabs.planes();
-        // The first lane's speed in cells says along which axis.
+        // The speed of the first lane, in cells, chooses the axis.
         let one = bits.trailing_zeros() as usize;
         let pace: [f64; 3] =
             std::array::from_fn(|k| of.scale[k] / constants[k].0.lane(one).to_f64().abs());
@@ -73,7 +72,7 @@ impl<L: Lanes> Walk<'_, '_, L> {
         let least = |x: L| L::select(inside, x, infinity).least().to_f64();
         let greatest = |x: L| L::select(inside, x, -infinity).greatest().to_f64();
 
-        // A lane at t is at (t − middle)·dir, and its pad is δ.
+        // A lane's coordinate at t is (t − middle)·dir, and its pad is δ.
         let dir = one / inv;
         let middle = (low + high) * half;
         let pad = ((high - low) * half * dir).abs();
@@ -84,7 +83,7 @@ impl<L: Lanes> Walk<'_, '_, L> {
         let lower = in_cells(k, least(from.min(to))) - slack;
         let upper = in_cells(k, greatest(from.max(to))) + slack;
         let end = of.res[k] as usize - 1;
-        // An unlimited ray leaves at the end; NaN takes the whole block.
+        // An unlimited ray leaves at the end; with NaN the whole block is taken.
         let first_slice = if lower >= 0.0 {
             (lower as usize).min(end)
         } else {
@@ -118,7 +117,7 @@ impl<L: Lanes> Walk<'_, '_, L> {
                 (lower[0], lower[1] - lower[0]),
                 (upper[0], upper[1] - upper[0]),
             ];
-            // How many cells wide at both ends of the way.
+            // The width in cells at the first and at the last slice.
             for (area, slice) in area.iter_mut().zip([first_slice, last_slice]) {
                 let at = (slice as f64 + 0.5) / (end + 1) as f64;
                 let width = side[1].0 + side[1].1 * at - (side[0].0 + side[0].1 * at);
@@ -129,7 +128,7 @@ impl<L: Lanes> Walk<'_, '_, L> {
         if spread.is_nan() || spread > 2.0 * WIDEST * f64::from(bits.count_ones()) {
             return None;
         }
-        Some(Bundle {
+        Some(PacketVolume {
             axes,
             backward: falling != 0,
             slices: (first_slice, last_slice),
@@ -137,16 +136,18 @@ impl<L: Lanes> Walk<'_, '_, L> {
         })
     }
 
-    pub(super) fn slices(&mut self, block: usize, bundle: &Bundle, enter: L, exit: L) {
+    /// Walks a packet through the slices of its volume; `enter..=exit` are the lanes'
+    /// intervals in the block.
+    pub(super) fn slices(&mut self, block: usize, volume: &PacketVolume, enter: L, exit: L) {
         let grid = self.grid;
         let of = &grid.blocks[block];
-        let Bundle { axes, slices, .. } = *bundle;
+        let PacketVolume { axes, slices, .. } = *volume;
         let [k, a, b] = axes;
         let (inv, low, high) = self.slabs.planes()[k];
         let planes = grid.planes(of, k);
         let across = 1.0 / f64::from(of.res[k]);
         for step in slices.0..=slices.1 {
-            let slice = if bundle.backward {
+            let slice = if volume.backward {
                 slices.1 - (step - slices.0)
             } else {
                 step
@@ -160,7 +161,7 @@ impl<L: Lanes> Walk<'_, '_, L> {
             if first.le(last.min(self.limit)).none() {
                 continue;
             }
-            // Planes lie off their places by less than the wobble.
+            // Planes lie off their places by at most `wobble`.
             let ends = [
                 ((slice as f64 - of.wobble[k]) * across).max(0.0),
                 (((slice + 1) as f64 + of.wobble[k]) * across).min(1.0),
@@ -175,12 +176,12 @@ impl<L: Lanes> Walk<'_, '_, L> {
                 } else {
                     highs[1]
                 };
-                // Saturating: outside the block there are no cells.
+                // The casts saturate; outside the block there are no cells.
                 let end = of.res[axis] as i64 - 1;
                 let (low, high) = (low.floor() as i64, high.floor() as i64);
                 (low.max(0), high.min(end))
             };
-            let (a_range, b_range) = (range(&bundle.sides[0], a), range(&bundle.sides[1], b));
+            let (a_range, b_range) = (range(&volume.sides[0], a), range(&volume.sides[1], b));
             for bi in b_range.0..=b_range.1 {
                 for ai in a_range.0..=a_range.1 {
                     let mut at = [0; 3];
@@ -193,7 +194,7 @@ impl<L: Lanes> Walk<'_, '_, L> {
         }
     }
 
-    /// `first..=last`: the lanes' way inside the slice.
+    /// Visits one cell of a slice; `first..=last` are the lanes' intervals in the slice.
     #[inline(always)]
     fn slice_cell(&mut self, block: usize, at: [usize; 3], first: L, last: L) {
         let grid = self.grid;
@@ -218,7 +219,8 @@ impl<L: Lanes> Walk<'_, '_, L> {
             }
             Content::Block(inner) => {
                 let enter = L::select(inside, enter, L::splat(L::Scalar::INFINITY));
-                // Outside lanes stay out: their limit may be ∞, their exit not.
+                // The exit of lanes outside is −∞, so that they stay outside although their limit
+                // may be ∞.
                 let exit = L::select(inside, exit, -L::splat(L::Scalar::INFINITY));
                 self.block(inner, enter, exit);
             }

@@ -1,5 +1,5 @@
-//! Which cells are visited, and how grids are laid out. That walks lose nothing
-//! is in accel/suite.rs.
+//! Tests of the cells that traversals visit, and of the layout of grids. index_tests.rs
+//! compares traversals with the linear scan.
 
 use super::*;
 use crate::accel::baselines::count::{Count, Counter};
@@ -17,7 +17,7 @@ fn grid(of: &[Aabb32], density: &Density) -> Grid {
     Grid::build(&primitives, density).0
 }
 
-/// Cells of any block whose interval is not empty, in blocks that are reached.
+/// Counts the cells whose interval is not empty, in all blocks that are reached.
 fn reached(grid: &Grid, slabs: &Slabs<f64>, block: usize, from: f64, to: f64) -> u64 {
     let of = &grid.blocks[block];
     let [x, y, _] = of.res.map(|n| n as usize);
@@ -40,7 +40,7 @@ fn reached(grid: &Grid, slabs: &Slabs<f64>, block: usize, from: f64, to: f64) ->
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(5_000))]
 
-    /// No cell too few, and none too many.
+    /// The cells visited are those whose interval is not empty, no fewer and no more.
     #[test]
     fn a_lane_visits_the_cells_whose_interval_is_not_empty(seed in any::<u64>()) {
         let random = &mut Random(seed);
@@ -61,7 +61,7 @@ proptest! {
         }
     }
 
-    /// Packets visit the cells that their lanes visit alone.
+    /// A packet visits the cells that its lanes visit alone.
     #[test]
     fn a_packet_visits_the_cells_of_its_lanes(seed in any::<u64>()) {
         let random = &mut Random(seed);
@@ -76,6 +76,7 @@ proptest! {
     }
 }
 
+/// Compares the cells that a packet visits with those of its lanes.
 fn packet<L: Lanes<Scalar = f64>>(grid: &Grid, r: &crate::accel::baselines::index_tests::Rays<L>) {
     let mut marks = Mailbox::default();
     let together = Counter::default();
@@ -99,7 +100,7 @@ fn packet<L: Lanes<Scalar = f64>>(grid: &Grid, r: &crate::accel::baselines::inde
 
 #[test]
 fn memory_stays_within_a_multiple_of_the_entries() {
-    // Each box nearly fills the whole, so every cell would list all of them.
+    // Each box nearly fills the bounds, so every cell would list all of them.
     let random = &mut Random(7);
     let of: Vec<Aabb32> = (0..5000)
         .map(|_| Aabb32 {
@@ -131,7 +132,7 @@ fn cells_are_about_cubes_and_as_many_as_asked_for() {
         of[1].max = extent;
         assert_eq!(grid(&of, &Density::flat(1.0)).resolution(), res);
     }
-    // Flat: all cells lie in the plane.
+    // Points in a plane: all cells lie in it.
     let of: Vec<Aabb32> = (0..1024)
         .map(|i| {
             let p = [(i % 32) as f32 / 31.0, 3.0, (i / 32) as f32 / 31.0];

@@ -1,17 +1,15 @@
-//! Best-first traversal of a bounding-volume hierarchy (Kay and Kajiya, Ray
-//! Tracing Complex Scenes, 1986): a priority queue holds the volumes that the
-//! packet has met, and the nearest is opened next. At one lane no order opens
-//! fewer nodes; the price is the queue.
+//! Best-first traversal of a bounding-volume hierarchy (Kay and Kajiya, Ray Tracing Complex
+//! Scenes, 1986). A priority queue holds the volumes that the packet has met, and the nearest
+//! is opened next. At one lane no order opens fewer nodes, but the queue costs time.
 //!
-//! The tree is [`Bvh4`], four-wide by the surface area heuristic. Its volumes
-//! are its boxes ([`Boxes`]) or spheres ([`Spheres`]).
+//! The tree is a [`Bvh4`]. Its volumes are its boxes ([`Boxes`]) or spheres ([`Spheres`]).
 //!
-//! Invariant: a node's interval contains those that [`Slabs`] gives the boxes of
-//! all entries below, so no entry is missed that a linear scan meets. A box's
-//! does by monotonicity; a sphere's does since its pad exceeds that of boxes by
-//! more than its own roundings. The walk ends when the nearest volume lies
-//! behind every lane's limit. suite.rs holds walks against the linear scan,
-//! tests/structures/accel.rs pictures.
+//! Invariant: a node's interval contains those that [`Slabs`] gives the boxes of all entries
+//! below, so every entry is visited that a linear scan visits. For boxes this follows from
+//! monotonicity (docs/numerics/boxes.md, X4); spheres have a pad that exceeds that of boxes
+//! by more than their own roundings (X15). The traversal ends when the nearest volume lies
+//! behind every lane's limit. index_tests.rs compares traversals with the linear scan, and
+//! tests/structures/accel.rs compares pictures.
 
 mod queue;
 mod spheres;
@@ -27,15 +25,15 @@ use crate::accel::slabs::Slabs;
 use crate::math::Aabb32;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 
-/// What bounds the children of a tree's nodes.
+/// The bounding volumes of the children of a tree's nodes.
 pub trait Volumes: Send + Sync {
-    /// A packet's, for all volumes of the tree.
+    /// The constants of a packet for all volumes of the tree.
     type Constants<L: Lanes>: Copy;
 
     fn constants<L: Lanes>(slabs: &Slabs<L>) -> Self::Constants<L>;
 
-    /// From where to where a child may be met: (enter, exit). Both are NaN-free
-    /// or conservative under `enter.max(t_min)` and `exit.min(limit)`.
+    /// Returns the interval (enter, exit) in which a ray may meet a child. NaN must be
+    /// conservative under `enter.max(t_min)` and `exit.min(limit)`.
     fn interval<L: Lanes>(
         &self,
         constants: &Self::Constants<L>,
@@ -47,7 +45,7 @@ pub trait Volumes: Send + Sync {
     fn bytes(&self) -> usize;
 }
 
-/// The tree's own boxes.
+/// The boxes of the tree itself.
 #[derive(Clone, Copy, Debug)]
 pub struct Boxes;
 
@@ -70,7 +68,7 @@ impl Volumes for Boxes {
     }
 }
 
-/// A tree and its volumes.
+/// A tree with its volumes.
 #[derive(Clone, Debug)]
 pub struct Heap<V> {
     pub tree: Bvh4,
@@ -78,7 +76,7 @@ pub struct Heap<V> {
 }
 
 impl Heap<Boxes> {
-    /// The heap, and for each of its entries the primitive that it came from.
+    /// Builds a heap of boxes, and returns it with the order of the primitives in its leaves.
     pub fn of_boxes(primitives: &Primitives, quality: &Bvh4Quality) -> (Heap<Boxes>, Vec<u32>) {
         let (tree, order) = build(primitives.boxes, quality);
         let volumes = Boxes;
@@ -87,7 +85,8 @@ impl Heap<Boxes> {
 }
 
 impl Heap<Spheres> {
-    /// The same with spheres around what the boxes are around.
+    /// Builds a heap of spheres around the entries' boxes, and returns it with the order of
+    /// the primitives in its leaves.
     pub fn of_spheres(primitives: &Primitives, quality: &Bvh4Quality) -> (Heap<Spheres>, Vec<u32>) {
         let (tree, order) = build(primitives.boxes, quality);
         let volumes = Spheres::around(&tree, |entry| primitives.boxes[order[entry] as usize]);
@@ -145,14 +144,14 @@ impl<V: Volumes> Index for Heap<V> {
                     queue.push(enter.least(), node.child[child], enter);
                 }
             }
-            // The nearest of all that some lane can still use.
+            // Take the nearest volume that some lane still reaches.
             index = loop {
                 let Some((key, child, enter)) = queue.pop() else {
                     return limit;
                 };
                 active = enter.le(limit);
                 if active.none() {
-                    // What follows is no nearer, for no lane.
+                    // All others are at least as far, for every lane.
                     if key > limit.greatest() {
                         return limit;
                     }

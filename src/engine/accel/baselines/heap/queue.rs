@@ -1,5 +1,5 @@
-//! A binary heap of what a packet has met, nearest on top. Lanes' entries lie
-//! beside it and do not move.
+//! A binary heap of the children that a packet has met, the nearest on top. The lanes' entry
+//! t's are stored beside it and do not move.
 
 use crate::accel::baselines::bvh4::Child;
 use crate::math::lanes::Lanes;
@@ -8,12 +8,12 @@ use crate::math::lanes::Lanes;
 struct Item<S> {
     key: S,
     child: Child,
-    /// Where the lanes' entries are.
+    /// The row of the lanes' entry t's.
     place: u32,
 }
 
-/// Room for one walk, reused from packet to packet: it grows to what the walks
-/// need, at most an item per child of the tree.
+/// The queue of one traversal, reused from packet to packet. It grows as traversals need, to
+/// at most one item per child of the tree.
 pub struct Queue<L: Lanes> {
     items: Vec<Item<L::Scalar>>,
     enters: Vec<L>,
@@ -38,7 +38,7 @@ impl<L: Lanes> Queue<L> {
         self.free.clear();
     }
 
-    /// `key` is the least of `enter`.
+    /// Adds a child; `key` is the least of `enter`.
     #[inline(always)]
     pub(super) fn push(&mut self, key: L::Scalar, child: Child, enter: L) {
         let place = match self.free.pop() {
@@ -65,7 +65,8 @@ impl<L: Lanes> Queue<L> {
         self.items[at] = item;
     }
 
-    /// Of the least key: the key, the child, and the lanes' entries.
+    /// Removes the child of the least key, and returns the key, the child and the lanes' entry
+    /// t's.
     #[inline(always)]
     pub(super) fn pop(&mut self) -> Option<(L::Scalar, Child, L)> {
         let last = self.items.pop()?;

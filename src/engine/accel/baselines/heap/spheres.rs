@@ -1,17 +1,10 @@
-//! Bounding spheres of a tree's nodes, in columns of their own, and where rays
-//! are inside them.
+//! Bounding spheres of a tree's nodes, in columns of their own, and the intervals of rays in
+//! them.
 //!
-//! Lengths are measured in R = δ/(32·u), δ the largest pad of the slabs': no less
-//! than the largest distance from the ray's origin that the tree has, so that no
-//! square overflows or vanishes. A t in the padded interval of an entry's box lies,
-//! on each axis, within 32·u·R of the box by [`Slabs`], and 6·u·R for its
-//! roundings; so within √3·38·u < 66·u of the sphere. Origin and direction are
-//! recovered from the slabs' constants (some 9·u), and the distance of the centre
-//! from the ray comes with another 18·u. A radius grown by 128·u therefore covers
-//! every such t, with more than 30·u to spare, which is more than the rounding of
-//! r² − d², whose terms are at most 4 and which grows by twice r·30·u. The half
-//! chord is then at least the true one, and the pad of 128·u in t covers the
-//! products that lead there, each at most 4 and rounded less than 10 times. NaN
+//! Lengths are in units of R = δ/(32·u), where δ is the largest pad of the slabs. R is at
+//! least the largest distance that the tree has from the ray's origin, so that no square
+//! overflows or vanishes. A radius grown by 128·u, and an interval grown by 128·u in t, cover
+//! the padded intervals of all entries below (docs/numerics/boxes.md, X15). A NaN radius
 //! means everywhere.
 
 use super::Volumes;
@@ -21,25 +14,25 @@ use crate::math::lanes::{Lanes, Scalar};
 use crate::math::{Aabb32, Vec3, round_up};
 use glam::DVec3;
 
-/// One node's.
+/// The spheres of one node.
 #[derive(Clone, Copy, Debug, Default)]
 struct Row {
     center: [[f32; WIDTH]; 3],
     radius: [f32; WIDTH],
 }
 
-/// By node and child of a tree.
+/// The spheres of all nodes of a tree.
 #[derive(Clone, Debug)]
 pub struct Spheres {
     rows: Vec<Row>,
 }
 
 impl Spheres {
-    /// Bottom up: about the middle of each box, as small as the entries' boxes
-    /// or the spheres below allow.
+    /// Builds the spheres from the bottom up, each about the middle of its box and as small as
+    /// the entries' boxes or the spheres below allow.
     pub(super) fn around(tree: &Bvh4, entry: impl Fn(usize) -> Aabb32) -> Spheres {
         let mut rows = vec![Row::default(); tree.nodes.len()];
-        // Children stand behind their parents.
+        // Children come behind their parents.
         for (index, node) in tree.nodes.iter().enumerate().rev() {
             for i in 0..node.count as usize {
                 let own = Aabb32 {
@@ -75,7 +68,7 @@ impl Spheres {
                 for (column, x) in row.center.iter_mut().zip(center) {
                     column[i] = x;
                 }
-                // Some roundings of f64 outward, then to f32.
+                // X15: grown by 16 roundings 2⁻⁵², then rounded up to f32.
                 let radius = round_up(radius * (1.0 + 16.0 * f64::EPSILON));
                 row.radius[i] = if radius.is_nan() {
                     f32::INFINITY
@@ -88,21 +81,21 @@ impl Spheres {
     }
 }
 
-/// The distance of the box's farthest point.
+/// Returns the distance of a box's farthest point.
 fn farthest(of: &Aabb32, from: DVec3) -> f64 {
     let of = of.widened();
     (of.max - from).abs().max((of.min - from).abs()).length()
 }
 
-/// A packet's, in units of R.
+/// The constants of a packet, in units of R.
 #[derive(Clone, Copy, Debug)]
 pub struct SphereConstants<L: Lanes> {
     org: Vec3<L>,
-    /// Unit.
+    /// The unit direction.
     dir: Vec3<L>,
     /// 1/R.
     shrink: L,
-    /// t of one R.
+    /// The t of one R.
     pace: L,
 }
 
@@ -119,6 +112,7 @@ impl Volumes for Spheres {
             (org, dir, pad)
         };
         let [x, y, z] = slabs.planes().map(axis);
+        // X15.
         let unit = L::splat(L::Scalar::UNIT_ROUNDOFF) * L::from_f32(32.0);
         let pad = x.2.max(y.2).max(z.2);
         let shrink = unit / pad;
@@ -131,8 +125,8 @@ impl Volumes for Spheres {
             org: scaled(Vec3::new(x.0, y.0, z.0), shrink),
             dir: scaled(dir, shorten),
             shrink,
-            // One after the other: slabs see to it that this is a number, but not to what
-            // the two are together.
+            // Divided one after the other, because the slabs ensure that this is a number, but
+            // not that the product of both divisors is.
             pace: shorten / largest / shrink,
         }
     }
@@ -146,6 +140,7 @@ impl Volumes for Spheres {
         child: usize,
     ) -> (L, L) {
         let row = &self.rows[node];
+        // X15.
         let pad = L::splat(L::Scalar::UNIT_ROUNDOFF) * L::from_f32(128.0);
         let infinity = L::splat(L::Scalar::INFINITY);
         let center = |k: usize| L::from_f32(row.center[k][child]);

@@ -1,11 +1,11 @@
-//! Building in O(n log n): events are sorted once, at the root; each split
-//! hands them on in order, and only the few entries that it cuts get new ones
-//! (Wald and Havran 2006, section 4.3).
+//! The builder of k-d trees, in O(n log n). Events are sorted once, at the root; each split
+//! passes them on in order, and only the few entries that it cuts get new ones (Wald and
+//! Havran 2006, section 4.3).
 //!
-//! Deterministic: subtrees are built by whichever thread is free, and each
-//! depends on nothing but its own cell.
+//! The builder is deterministic: any free thread may build a subtree, but a subtree depends
+//! only on its own cell.
 
-use super::clip::Shape;
+use super::clip::Clipped;
 use super::events::{
     END, Event, Measure, PLANAR, START, Split, best_split, halves, merged, push_events,
 };
@@ -14,14 +14,14 @@ use super::{KdTree, Node};
 use crate::accel::baselines::index::Primitives;
 use crate::math::Aabb32;
 
-/// References per entry that duplication may lead to, at most.
+/// The most references per entry after duplication.
 const MOST_REFERENCES: f64 = 32.0;
-/// A split that keeps more than this of a leaf's cost has improved too little.
+/// The share of a leaf's cost above which a split has improved too little.
 const IMPROVED: f64 = 0.9;
-/// Cells of fewer entries are not worth another thread.
+/// The least number of entries of a cell whose children are built in parallel.
 const PARALLEL: usize = 2048;
 
-/// An entry in a cell, and the box of what it has there.
+/// An entry of a cell, and the box of its part in the cell.
 #[derive(Clone, Copy)]
 struct Reference {
     entry: u32,
@@ -30,30 +30,31 @@ struct Reference {
 
 struct Builder<'a> {
     quality: &'a KdQuality,
-    shapes: Vec<Option<Shape>>,
+    /// By entry: the triangle to clip; `None` if its box is used.
+    clipped: Vec<Option<Clipped>>,
     measure: Measure,
     depth: u32,
-    /// Splits on the way down that may improve the cost too little.
+    /// The most splits on a path that may improve the cost too little.
     failures: u32,
 }
 
-/// What is to be built of one cell.
+/// A cell that a subtree is to be built for.
 struct Cell {
     bounds: Aabb32,
     references: Vec<Reference>,
-    /// Sorted.
+    /// The sorted events of the references.
     events: Vec<Event>,
     depth: u32,
     failures: u32,
-    /// References that the subtree may still come to, per one of the cell's.
+    /// The most references of the subtree, per reference of the cell.
     room: f64,
 }
 
-/// What one side of a plane holds: references, and their sorted events.
+/// The references on one side of a plane, and their sorted events.
 type Held = (Vec<Reference>, Vec<Event>);
 
 struct Subtree {
-    /// Expected, times the measure of the cell.
+    /// The expected cost times the measure of the cell.
     cost: f64,
     depth: usize,
     kind: Kind,
@@ -64,7 +65,7 @@ enum Kind {
     Inner(usize, f32, Box<[Subtree; 2]>),
 }
 
-/// The tree, and for each of its entries the primitive that it came from.
+/// Builds a k-d tree, and returns it with the order of the primitives.
 pub fn build(primitives: &Primitives, quality: &KdQuality) -> (KdTree, Vec<u32>) {
     let boxes = primitives.boxes;
     let bounds = primitives.bounds();
@@ -80,17 +81,17 @@ pub fn build(primitives: &Primitives, quality: &KdQuality) -> (KdTree, Vec<u32>)
     }
     events.sort_unstable();
     let extent = bounds.widened().max_abs();
-    let shapes = primitives.corners.unwrap_or_default().iter();
+    let corners = primitives.corners.unwrap_or_default().iter();
     let least = (8.0 + 1.3 * (boxes.len().max(1) as f64).log2()) as u32;
     let depth = quality.depth.unwrap_or(least).min(KdTree::MAX_DEPTH as u32);
-    let measure = match Measure::Area.of(&bounds) > 0.0 {
+    let measure = match Measure::Area.size(&bounds) > 0.0 {
         true => Measure::Area,
         false => Measure::Length,
     };
     let builder = Builder {
         quality,
-        shapes: shapes
-            .map(|corners| Shape::new(corners, quality.clip, extent))
+        clipped: corners
+            .map(|corners| Clipped::new(corners, quality.clip, extent))
             .collect(),
         measure,
         depth,
@@ -110,8 +111,8 @@ pub fn build(primitives: &Primitives, quality: &KdQuality) -> (KdTree, Vec<u32>)
         bounds,
         len: boxes.len(),
         depth: subtree.depth,
-        sah: if some(&bounds) && measure.of(&bounds) > 0.0 {
-            subtree.cost / measure.of(&bounds)
+        sah: if some(&bounds) && measure.size(&bounds) > 0.0 {
+            subtree.cost / measure.size(&bounds)
         } else {
             boxes.len() as f64
         },
@@ -119,7 +120,7 @@ pub fn build(primitives: &Primitives, quality: &KdQuality) -> (KdTree, Vec<u32>)
     let mut order = Vec::with_capacity(boxes.len());
     let mut places = vec![u32::MAX; boxes.len()];
     lay_out(&subtree, &mut tree, &mut places, &mut order);
-    // What stands nowhere, since it is empty.
+    // Primitives with an empty box are in no leaf and come last.
     for (i, place) in places.iter().enumerate() {
         if *place == u32::MAX {
             order.push(i as u32);
@@ -163,7 +164,7 @@ impl Builder<'_> {
         } else {
             (self.build(low), self.build(high))
         };
-        let measure = self.measure.of(&bounds);
+        let measure = self.measure.size(&bounds);
         let cost = f64::from(self.quality.node_cost) * measure + children.0.cost + children.1.cost;
         if self.quality.stop == KdStop::Cost && cost >= measure * count as f64 {
             return self.leaf(&bounds, &references);
@@ -177,13 +178,13 @@ impl Builder<'_> {
 
     fn leaf(&self, bounds: &Aabb32, references: &[Reference]) -> Subtree {
         Subtree {
-            cost: self.measure.of(bounds) * references.len() as f64,
+            cost: self.measure.size(bounds) * references.len() as f64,
             depth: 0,
             kind: Kind::Leaf(references.iter().map(|r| r.entry).collect()),
         }
     }
 
-    /// The plane to cut at; `None` makes a leaf.
+    /// Finds the plane to split a cell at; `None` if the cell becomes a leaf.
     fn split(&self, cell: &Cell) -> Option<Split> {
         let (quality, count) = (self.quality, cell.references.len());
         let few = count <= quality.leaf as usize;
@@ -202,7 +203,7 @@ impl Builder<'_> {
         best_split(&cell.events, count, &cell.bounds, self.measure, quality)
     }
 
-    /// References and events of the two children.
+    /// Returns the references and events of the two children.
     fn divide(
         &self,
         bounds: &Aabb32,
@@ -227,7 +228,7 @@ impl Builder<'_> {
             };
             sides[event.entry()] = side;
         }
-        // New numbers of what lies on one side, then of what lies on both.
+        // References on one side are numbered first, then those on both sides.
         let mut number = vec![0_u32; references.len()];
         let [mut low, mut high] = [Vec::new(), Vec::new()];
         for (i, reference) in references.iter().enumerate() {
@@ -276,21 +277,21 @@ impl Builder<'_> {
         ]
     }
 
-    /// Of an entry that a cut goes through: what it has on one side.
+    /// Returns the box of an entry's part in a child cell, for an entry that the plane cuts.
     fn region(&self, reference: &Reference, cell: &Aabb32) -> Option<Aabb32> {
         let part = Aabb32 {
             min: std::array::from_fn(|k| reference.region.min[k].max(cell.min[k])),
             max: std::array::from_fn(|k| reference.region.max[k].min(cell.max[k])),
         };
-        match self.shapes.get(reference.entry as usize) {
-            Some(Some(shape)) => shape.clipped(&part),
+        match self.clipped.get(reference.entry as usize) {
+            Some(Some(triangle)) => triangle.region(&part),
             _ => Some(part),
         }
     }
 }
 
-/// Nodes in depth-first order, the lower child right behind its parent; entries
-/// in the order in which leaves first name them.
+/// Lays out nodes depth first, the lower child right behind its parent, and entries in the
+/// order in which leaves first list them.
 fn lay_out(subtree: &Subtree, tree: &mut KdTree, places: &mut [u32], order: &mut Vec<u32>) {
     match &subtree.kind {
         Kind::Leaf(entries) => {

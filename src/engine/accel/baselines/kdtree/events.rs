@@ -1,15 +1,15 @@
-//! Events: where entries begin and end along the axes, and the sweep over them
-//! that finds the cheapest plane (Wald and Havran 2006, section 4).
+//! Events, at which entries begin and end along the axes, and the sweep over them that finds
+//! the cheapest plane (Wald and Havran 2006, section 4).
 //!
-//! An event is one u64, so that sorting numbers sorts events by position, then
-//! axis, then kind: what ends at a plane comes before what lies in it, and that
-//! before what begins there. No two events of a cell are equal, so their order
-//! does not depend on the sorting.
+//! An event is one u64, so that sorting numbers sorts events by position, then axis, then
+//! kind: entries that end at a plane come before those that lie in it, and these before those
+//! that begin there. No two events of a cell are equal, so their order does not depend on the
+//! sorting algorithm.
 
 use super::quality::KdQuality;
 use crate::math::Aabb32;
 
-/// Position (32 bits, ordered), axis (2), kind (2), entry of the cell (28).
+/// An event: position (32 bits, ordered), axis (2), kind (2), entry of the cell (28).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Event(u64);
 
@@ -21,7 +21,7 @@ const ENTRY: u64 = (1 << 28) - 1;
 
 impl Event {
     fn new(position: f32, axis: usize, kind: usize, entry: usize) -> Event {
-        // −0 is 0.
+        // The sum turns −0 into 0.
         let bits = (position + 0.0).to_bits();
         let ordered = bits ^ (((bits as i32 >> 31) as u32) | 1 << 31);
         Event(u64::from(ordered) << 32 | (axis as u64) << 30 | (kind as u64) << 28 | entry as u64)
@@ -37,7 +37,7 @@ impl Event {
         f32::from_bits(bits)
     }
 
-    /// Position and axis.
+    /// Returns the position and the axis as one number.
     fn plane(self) -> u64 {
         self.0 >> 30
     }
@@ -54,13 +54,13 @@ impl Event {
         (self.0 & ENTRY) as usize
     }
 
-    /// The same event in a child, where the entry has another number.
+    /// Returns the same event with the entry's number in a child cell.
     pub(super) fn renumbered(self, entry: usize) -> Event {
         Event(self.0 & !ENTRY | entry as u64)
     }
 }
 
-/// All events of one entry, unsorted.
+/// Appends all events of one entry, unsorted.
 pub(super) fn push_events(region: &Aabb32, entry: usize, events: &mut Vec<Event>) {
     for axis in 0..3 {
         let (low, high) = (region.min[axis], region.max[axis]);
@@ -73,19 +73,19 @@ pub(super) fn push_events(region: &Aabb32, entry: usize, events: &mut Vec<Event>
     }
 }
 
-/// Where to cut a cell.
+/// A split of a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Split {
     pub axis: usize,
     pub position: f32,
-    /// Entries in the plane go to the lower child.
+    /// Whether entries in the plane go to the lower child.
     pub planar_low: bool,
-    /// In primitive tests, if both children were leaves.
+    /// The cost in primitive tests if both children were leaves.
     pub cost: f64,
 }
 
-/// What the probability that a ray meets a cell is proportional to: the area,
-/// or the length where all cells lie on a line.
+/// The measure of a cell to which the probability that a ray meets it is proportional: the
+/// area, or the length if all cells lie on a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Measure {
     Area,
@@ -93,7 +93,8 @@ pub(super) enum Measure {
 }
 
 impl Measure {
-    pub(super) fn of(self, cell: &Aabb32) -> f64 {
+    /// Returns the measure of a cell.
+    pub(super) fn size(self, cell: &Aabb32) -> f64 {
         let d: [f64; 3] = std::array::from_fn(|k| f64::from(cell.max[k]) - f64::from(cell.min[k]));
         match self {
             Measure::Area => d[0] * d[1] + d[1] * d[2] + d[2] * d[0],
@@ -102,7 +103,7 @@ impl Measure {
     }
 }
 
-/// The cell's part below a plane, and the part above.
+/// Returns the part of a cell below a plane, and the part above.
 pub(super) fn halves(cell: &Aabb32, axis: usize, position: f32) -> [Aabb32; 2] {
     let (mut low, mut high) = (*cell, *cell);
     low.max[axis] = position;
@@ -110,8 +111,8 @@ pub(super) fn halves(cell: &Aabb32, axis: usize, position: f32) -> [Aabb32; 2] {
     [low, high]
 }
 
-/// The cheapest plane strictly inside the cell at which some entry begins or
-/// ends; the first of equals.
+/// Finds the cheapest plane strictly inside the cell at which some entry begins or ends, the
+/// first of equal ones.
 pub(super) fn best_split(
     events: &[Event],
     entries: usize,
@@ -119,7 +120,7 @@ pub(super) fn best_split(
     measure: Measure,
     quality: &KdQuality,
 ) -> Option<Split> {
-    let whole = measure.of(cell);
+    let whole = measure.size(cell);
     let (mut below, mut above) = ([0_usize; 3], [entries; 3]);
     let mut best: Option<Split> = None;
     let mut i = 0;
@@ -132,7 +133,7 @@ pub(super) fn best_split(
         }
         above[axis] -= counts[PLANAR] + counts[END];
         if cell.min[axis] < position && position < cell.max[axis] {
-            let [p, q] = halves(cell, axis, position).map(|half| measure.of(&half) / whole);
+            let [p, q] = halves(cell, axis, position).map(|half| measure.size(&half) / whole);
             let mut consider = |low: usize, high: usize, planar_low: bool| {
                 let factor = if low == 0 || high == 0 {
                     f64::from(quality.empty_factor)
@@ -160,7 +161,7 @@ pub(super) fn best_split(
     best
 }
 
-/// Two sorted lists as one.
+/// Merges two sorted lists.
 pub(super) fn merged(a: &[Event], b: &[Event]) -> Vec<Event> {
     let mut all = Vec::with_capacity(a.len() + b.len());
     let (mut i, mut j) = (0, 0);
@@ -179,26 +180,4 @@ pub(super) fn merged(a: &[Event], b: &[Event]) -> Vec<Event> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    proptest! {
-        #[test]
-        fn events_sort_as_their_positions(a in -1e30_f32..1e30, b in -1e30_f32..1e30) {
-            let of = |x: f32| Event::new(x, 1, START, 7);
-            prop_assert_eq!(of(a) < of(b), a < b);
-            prop_assert_eq!(of(a).position(), a);
-            prop_assert_eq!((of(a).axis(), of(a).kind(), of(a).entry()), (1, START, 7));
-        }
-    }
-
-    #[test]
-    fn both_zeros_are_one() {
-        assert_eq!(Event::new(-0.0, 0, END, 0), Event::new(0.0, 0, END, 0));
-        let order = [-f32::INFINITY, -1.0, -1e-45, 0.0, 1e-45, 1.0, f32::INFINITY];
-        let events = order.map(|x| Event::new(x, 0, END, 0));
-        assert!(events.is_sorted());
-        assert_eq!(events.map(Event::position), order);
-    }
-}
+mod tests;

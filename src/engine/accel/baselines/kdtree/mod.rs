@@ -1,31 +1,14 @@
-//! The k-d tree: planes that halve space, by the surface area heuristic (Wald
-//! and Havran: On building fast kd-Trees for Ray Tracing, and on doing that in
-//! O(N log N), 2006), and packets through it.
+//! The k-d tree: planes divide space by the surface area heuristic (Wald and Havran: On
+//! building fast kd-Trees for Ray Tracing, and on doing that in O(N log N), 2006).
 //!
-//! **Why its hits are those of a linear scan.** A hit has its t inside the
-//! padded interval of its own entry's box (see [`crate::accel`]). Let r be the
-//! ray's point at that t, and p the same point moved into the box, axis by axis.
+//! Its hits are those of a linear scan by docs/numerics/boxes.md, X12: a lane's interval in a
+//! cell has the bits that [`Slabs::interval`] gives for the cell's box, so some leaf that
+//! lists the entry of a hit has an interval that contains the hit's t. X13 says which cells
+//! list a triangle ([`clip`]); [`KdClip::Triangle`] lacks it for rays along a triangle's
+//! plane to within about 10⁻⁹ of its size.
 //!
-//! 1. A lane's interval in a cell is, by max and min of the same expressions,
-//!    what [`Slabs::interval`] would give for the cell's box. It contains t for
-//!    every closed cell that contains p: where p is r, since planes are padded
-//!    by more than the rounding of their t; where p was moved to a side of the
-//!    entry's box, since t is inside this side's own padded plane, the cell's
-//!    lies further out, and plane expressions are monotone.
-//! 2. Going down, take the side on which p lies; in the plane, the one that has
-//!    the entry. An entry goes to every child which its region meets on more
-//!    than the plane, and its region holds p: the box does by the choice of p,
-//!    and of a triangle's plane, r is no further than [`clip`]'s margin. So the
-//!    leaf that is reached names the entry, and its interval contains t.
-//! 3. A lane stays alive in a cell while the cell's entry t is not beyond its
-//!    limit, and the limit never sinks below the least t. So the entry is met
-//!    before.
-//!
-//! A packet tests an entry once, with all of its lanes that are not done: an
-//! entry's hit counts wherever it was found. [`KdClip::Triangle`] lacks step 2
-//! for rays that run along a triangle's plane to within about 10⁻⁹ of its size.
-//!
-//! Checked by tests/structures/accel.rs and tests/structures/counts.rs.
+//! A packet tests an entry once, for all lanes that are not done; a hit counts wherever the
+//! entry was found. Checked by tests/structures/accel.rs and tests/structures/counts.rs.
 
 mod build;
 mod clip;
@@ -43,14 +26,14 @@ use crate::accel::slabs::Slabs;
 use crate::math::Aabb32;
 use crate::math::lanes::Lanes;
 
-/// Eight bytes: a plane and the upper child, where the lower one is next; or a
-/// leaf's range of references.
+/// A node in eight bytes: a plane and the upper child, while the lower child is the next node;
+/// or a leaf's range of references.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Node {
-    /// Bits of the plane's position; a leaf's first reference.
+    /// The bits of the plane's position, or a leaf's first reference.
     head: u32,
-    /// Axis, or 3 for a leaf, in the two lowest bits; above them the upper
-    /// child, or the number of references.
+    /// The axis, or 3 for a leaf, in the two lowest bits; above them the upper child, or the
+    /// number of references.
     tail: u32,
 }
 
@@ -71,7 +54,7 @@ impl Node {
         }
     }
 
-    /// 3 for a leaf.
+    /// Returns the axis of the plane; 3 for a leaf.
     #[inline(always)]
     fn axis(self) -> usize {
         (self.tail & 3) as usize
@@ -82,6 +65,7 @@ impl Node {
         f32::from_bits(self.head)
     }
 
+    /// Returns the upper child.
     #[inline(always)]
     fn high(self) -> usize {
         (self.tail >> 2) as usize
@@ -94,11 +78,12 @@ impl Node {
     }
 }
 
+/// A k-d tree over entries `0..len`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KdTree {
-    /// Depth first; the root first.
+    /// The nodes, depth first.
     nodes: Vec<Node>,
-    /// Entries of the leaves, rising within each.
+    /// The entries of the leaves, ascending within each.
     references: Vec<u32>,
     bounds: Aabb32,
     len: usize,
@@ -107,7 +92,7 @@ pub struct KdTree {
 }
 
 impl KdTree {
-    /// Levels that the builder never exceeds, and the stack allows for.
+    /// The most levels of a built tree, for which the stack has room.
     pub const MAX_DEPTH: usize = 64;
 
     fn is_leaf(node: &&Node) -> bool {
@@ -139,7 +124,7 @@ impl Index for KdTree {
         }
     }
 
-    /// By the first part of the key alone, so that neighbours stay neighbours.
+    /// Sorts entries by the first part of the key alone, so that neighbours stay neighbours.
     fn group(&mut self, order: &mut [u32], key: &dyn Fn(u32) -> (u8, u64)) {
         let mut from: Vec<u32> = (0..order.len() as u32).collect();
         from.sort_by_key(|place| key(order[*place as usize]).0);

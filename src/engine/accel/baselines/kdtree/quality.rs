@@ -1,53 +1,52 @@
-//! What a k-d tree's builder aims at.
+//! The parameters of the k-d tree's builder.
 
-/// When a cell becomes a leaf. Whatever the rule, a cell also does where no
-/// candidate plane is left, at [`KdTree::MAX_DEPTH`](super::KdTree::MAX_DEPTH)
-/// levels, and where duplicates use up the memory that a tree may take.
+/// The rule by which a cell becomes a leaf. By any rule a cell also becomes one if no
+/// candidate plane is left, at [`KdTree::MAX_DEPTH`](super::KdTree::MAX_DEPTH) levels, and if
+/// duplicates use up the memory that a tree may take.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum KdStop {
-    /// At the greatest depth only.
+    /// A cell becomes a leaf at the greatest depth only.
     Depth,
-    /// With few enough entries.
+    /// A cell becomes a leaf if it has few enough entries.
     Count,
-    /// Whichever of the two comes first.
+    /// A cell becomes a leaf by whichever of these two comes first.
     Both,
-    /// Where splitting is not expected to pay: after some splits that improve
-    /// the cost too little (Havran 2000, section 4.5), of which those that did
-    /// not pay after all are taken back. Or at the greatest depth.
+    /// A cell becomes a leaf at the greatest depth, or after some splits that improve the cost
+    /// too little (Havran 2000, section 4.5); splits that did not pay in the end are undone.
     #[default]
     Cost,
 }
 
-/// Which part of a triangle stands for it in a cell.
+/// The part of a triangle that decides which cells list it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum KdClip {
-    /// Its box, where the cell cuts it.
+    /// The part of its box in the cell.
     Box,
-    /// The part of its box near its plane.
+    /// The part of its box near its plane (docs/numerics/boxes.md, X13).
     #[default]
     Plane,
-    /// The triangle itself: "perfect splits".
+    /// The triangle itself, for "perfect splits".
     Triangle,
 }
 
+/// The parameters of the builder.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KdQuality {
     pub stop: KdStop,
-    /// The greatest depth; 8 + 1.3·log₂ n where it is not given (Wald and
-    /// Havran 2006, section 3).
+    /// The greatest depth; 8 + 1.3·log₂ n if it is not given (Wald and Havran 2006, section
+    /// 3).
     pub depth: Option<u32>,
-    /// What [`KdStop::Count`] calls few.
+    /// The most entries of a leaf by [`KdStop::Count`].
     pub leaf: u32,
     pub clip: KdClip,
-    /// Cost of a step at a plane, in primitive tests.
+    /// The cost of a step at a plane, in primitive tests.
     pub node_cost: f32,
-    /// Factor on the cost of a split that cuts off empty space.
+    /// The factor on the cost of a split that cuts off empty space.
     pub empty_factor: f32,
 }
 
-/// Measured on dragon_202k: packets are fastest where a step counts as two tests,
-/// though it takes less time, since fewer planes keep them together
-/// (docs/KDTREE.md).
+/// Measured on dragon_202k: packets are fastest if a step counts as two tests. It takes less
+/// time, but fewer planes keep the packets together (docs/decisions/015-k-d-tree.md).
 impl Default for KdQuality {
     fn default() -> KdQuality {
         KdQuality {

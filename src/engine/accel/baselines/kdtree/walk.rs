@@ -1,11 +1,11 @@
-//! Packets through a k-d tree: each lane has an interval of t in the cell, and
-//! a plane splits it (the packet traversal of Wald, Slusallek, Benthin, Wagner:
-//! Interactive Rendering with Coherent Ray Tracing, 2001, with padded planes).
+//! The traversal of a k-d tree by packets. Each lane has an interval of t in the cell, and a
+//! plane splits it (Wald, Slusallek, Benthin, Wagner: Interactive Rendering with Coherent Ray
+//! Tracing, 2001; here planes are padded).
 //!
-//! A plane has two t's, δ apart on each side (see [`Slabs`]): the part before it
-//! ends at the later one and the part behind it begins at the earlier one, so
-//! that a lane in doubt visits both children. A lane outside a cell has an empty
-//! interval, and stays outside, since ends only move inward.
+//! A plane has two t's, δ apart on each side (see [`Slabs`]). The part before the plane ends
+//! at the later t, and the part behind it begins at the earlier one, so that a lane within the
+//! pad visits both children. A lane outside a cell has an empty interval, and stays outside,
+//! because ends only move inward.
 
 use super::{KdTree, Node};
 use crate::accel::baselines::count::Count;
@@ -14,7 +14,7 @@ use crate::accel::baselines::mailbox::Mailbox;
 use crate::accel::slabs::Slabs;
 use crate::math::lanes::{Lanes, Mask};
 
-/// Room for one walk.
+/// The stack and the mailbox of one traversal.
 pub struct KdScratch<L: Lanes> {
     node: [u32; KdTree::MAX_DEPTH],
     near: [L; KdTree::MAX_DEPTH],
@@ -33,20 +33,21 @@ impl<L: Lanes> Default for KdScratch<L> {
     }
 }
 
-/// How the packet crosses planes of one axis.
+/// The constants with which a packet crosses the planes of one axis.
 #[derive(Clone, Copy)]
 struct Axis<L: Lanes> {
     inv: L,
-    /// Added to position·inv: t where the nearer child ends, and where the
-    /// farther one begins.
+    /// position·inv + `end` is the t at which the nearer child ends, and position·inv +
+    /// `begin` the t at which the farther one begins.
     end: L,
     begin: L,
-    /// The upper child is the nearer one.
+    /// Whether the upper child is the nearer one.
     down: bool,
-    /// Lanes disagree: for these, the other child is the nearer one.
+    /// The lanes for which the other child is the nearer one, if lanes disagree.
     others: Option<L::Mask>,
 }
 
+/// Walks a packet through the tree; see [`Index::walk`](super::Index::walk).
 #[inline(always)]
 pub(super) fn walk<L: Lanes>(
     tree: &KdTree,
@@ -92,7 +93,7 @@ pub(super) fn walk<L: Lanes>(
     let mut top = 0;
     let mut node = 0;
     loop {
-        // Down to a leaf.
+        // Go down to a leaf.
         let reached = loop {
             let here = tree.nodes[node];
             let k = here.axis();
@@ -112,7 +113,7 @@ pub(super) fn walk<L: Lanes>(
             let mut second_near = position.mul_add(inv, begin).max(near);
             let (mut first_near, mut second_far) = (near, far);
             if let Some(others) = others {
-                // These lanes meet the second child first.
+                // These lanes enter the second child first.
                 let (ends, begins) = (first_far, second_near);
                 first_near = L::select(others, begins, near);
                 first_far = L::select(others, far, ends);
@@ -154,7 +155,7 @@ pub(super) fn walk<L: Lanes>(
                 limit = leaf(*entry as usize, 1, alive, limit);
             }
         }
-        // The nearest cell that some lane can still use.
+        // Take the nearest cell that some lane still reaches.
         loop {
             if top == 0 {
                 return limit;

@@ -1,7 +1,7 @@
 //! Guarded beams against exact arithmetic.
 
 use super::{Certified, Edges, GuardedLeaf};
-use crate::accel::{Apart, Block, WIDE};
+use crate::accel::{Block, UnindexedBlock, WIDE};
 use crate::geom::Guarded as Certainly;
 use crate::geom::triangle::Corners;
 use crate::geom::triangle::exact::{Crossing, Pair, meet_exact};
@@ -146,7 +146,7 @@ impl Tally {
 /// of many cases. `more` makes further checks of a hit.
 pub fn decisions<E: Probe>(
     seed: u64,
-    mut more: impl FnMut(&mut Random, &mut Traced, &Apart, (usize, usize), &Crossing),
+    mut more: impl FnMut(&mut Random, &mut Traced, &UnindexedBlock, (usize, usize), &Crossing),
 ) {
     let (mut random, mut tally) = (Random(seed), Tally::default());
     for number in 0..count() {
@@ -158,7 +158,7 @@ pub fn decisions<E: Probe>(
         for ray in 0..RAYS {
             traced.limit(ray, f32::MAX);
         }
-        let all = E::new(Block::Apart(&block), &traced.beam, false);
+        let all = E::new(Block::Unindexed(&block), &traced.beam, false);
         let (k, sign) = (traced.beam.frustum.axes[2], traced.beam.frustum.sign);
         for (ray, slot) in (0..RAYS).flat_map(|ray| (0..WIDE).map(move |slot| (ray, slot))) {
             let pair = traced.pair(ray, case.corners[slot]);
@@ -205,11 +205,11 @@ pub fn decisions<E: Probe>(
 /// or `None` for a deferred ray.
 fn met<E: Edges, Q: Query<f32>>(
     beam: &mut TestBeam,
-    (block, ray): (&Apart, usize),
+    (block, ray): (&UnindexedBlock, usize),
     end: f32,
     at_once: bool,
 ) -> Option<Option<u32>> {
-    let test = GuardedLeaf::<E>::new(Block::Apart(block), beam, Q::ANY);
+    let test = GuardedLeaf::<E>::new(Block::Unindexed(block), beam, Q::ANY);
     let mut nearest = Nearest::none();
     let (group, starts) = (&beam.groups[ray], &beam.starts[ray]);
     nearest.least = if beam.parallel {
@@ -262,7 +262,7 @@ pub fn answers<E: Probe>(seed: u64) {
 fn ask<E: Edges>(
     random: &mut Random,
     traced: &mut Traced,
-    (case, block): (&Case, &Apart),
+    (case, block): (&Case, &UnindexedBlock),
     ray: usize,
 ) -> usize {
     let pairs = case.corners.map(|corners| traced.pair(ray, corners));

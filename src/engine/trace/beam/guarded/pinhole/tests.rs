@@ -46,7 +46,7 @@ impl Probe for Edges {
 fn decisions_are_those_of_exact_arithmetic() {
     decisions::<Edges>(11, |random, traced, block, at, truth| {
         // An any-hit ray that ends next to the hit.
-        let any = Edges::new(Block::Apart(block), &traced.beam, true);
+        let any = Edges::new(Block::Unindexed(block), &traced.beam, true);
         let end = (truth.rounded() * (1.0 + 1e-6 * random.unit())) as f32;
         let along = traced.beam.groups[at.0].along;
         traced.limit(at.0, end * (along * (1.0 + 8.0 * f32::EPSILON)));

@@ -32,7 +32,7 @@ fn main() -> Result<(), Error> {
             hit.instance, hit.t
         );
     }
-    for span in tracer.spans(org, dir)?.rows {
+    for span in tracer.solids()?.spans(org, dir).rows {
         let (from, to) = (span.t_enter(), span.t_exit());
         println!(
             "it is inside instance {} from {from} to {to}",

@@ -43,7 +43,7 @@ pub use lanecast_model::scene::{Camera, Edge, Light, Material, MeshData, Scene, 
 // Tracing.
 pub use lanecast_engine::trace::{End, Span, Spans};
 pub use lanecast_model::plan::{Choices, Precision};
-pub use tracer::{Error, Hit, Hits, RayBatch, Tracer, TracerOptions};
+pub use tracer::{Error, Hit, Hits, RayBatch, Solids, Tracer, TracerOptions};
 // Pictures.
 pub use lanecast_io::{AovSet, Picture};
 pub use render::{FinishedTile, Progress, RenderConfig};

@@ -6,7 +6,7 @@ use super::output::{Results, check_destinations};
 use super::scene::{self, shape_name};
 use crate::io::LoadError;
 use crate::scene::{Instances, MaterialId, Scene};
-use crate::trace::{End, Span, Spans, spans};
+use crate::trace::{End, Solids, Span, Spans, TraceScratch};
 use glam::DVec3;
 use serde::Serialize;
 use std::fmt::Write;
@@ -79,7 +79,8 @@ pub fn run(args: &ProbeArgs) -> Result<(), CliError> {
     let scene = scene::load(&args.scene, &args.load_options(outputs))?;
     let of_scene = |source| LoadError::of_scene(&args.scene, source);
     let instances = Instances::of(&scene).map_err(of_scene)?;
-    let found = spans(&scene, &instances, args.org, args.dir).map_err(of_scene)?;
+    let solids = Solids::prepare(&scene, &instances).map_err(of_scene)?;
+    let found = solids.spans(args.org, args.dir, &mut TraceScratch::default());
     let report = report(&scene, &found, args.org, args.dir);
     let mut results = Results::default();
     results.add(&args.json, &report)?;

@@ -18,8 +18,7 @@ use crate::plan::{Accel, Choices, Kernels, Plan, plan};
 use crate::render::{FinishedTile, Picture, Progress, RenderConfig, View, render_with};
 use crate::scene::{Instances, Scene, default_camera, default_lights};
 use crate::trace::{
-    self, Caching, Depths, HitIds, Ids, ScratchPool, ShadowCache, Spans, TraceScratch, any,
-    closest, spans,
+    self, Caching, Depths, HitIds, Ids, ScratchPool, ShadowCache, Spans, TraceScratch, any, closest,
 };
 use barycentric::barycentrics;
 use glam::DVec3;
@@ -35,6 +34,29 @@ pub struct TracerOptions {
     pub choices: Choices,
     /// How much time is spent on the trees. It changes no answer.
     pub build: BuildQuality,
+}
+
+/// A scene's solids, ready to be asked which parts of lines lie inside them.
+pub struct Solids {
+    prepared: trace::Solids,
+}
+
+impl Solids {
+    /// Lists the spans of a line, front to back, behind its origin as well; `dir` has any length
+    /// but 0.
+    pub fn spans(&self, org: DVec3, dir: DVec3) -> Spans {
+        self.prepared.spans(org, dir, &mut TraceScratch::default())
+    }
+
+    /// Lists the spans of many lines.
+    pub fn spans_of(&self, rays: &RayBatch) -> Vec<Spans> {
+        let rows = (0..rays.len()).into_par_iter();
+        let one = |scratch: &mut TraceScratch, row: usize| {
+            let (org, dir) = rays.ray(row);
+            self.prepared.spans(org, dir, scratch)
+        };
+        rows.map_init(TraceScratch::default, one).collect()
+    }
 }
 
 /// A scene with its trees, ready to be asked.
@@ -110,10 +132,12 @@ impl Tracer {
         blocked
     }
 
-    /// Lists the spans of a line through the scene's solids, front to back. Returns an error
-    /// if there are too many instances to look at each.
-    pub fn spans(&self, org: DVec3, dir: DVec3) -> Result<Spans, Error> {
-        Ok(spans(&self.world.scene, &self.world.instances, org, dir)?)
+    /// Prepares the scene's solids for [spans](Solids::spans) of any number of lines. Returns an
+    /// error if there are too many instances to look at each.
+    pub fn solids(&self) -> Result<Solids, Error> {
+        Ok(Solids {
+            prepared: trace::Solids::prepare(&self.world.scene, &self.world.instances)?,
+        })
     }
 
     /// Renders a picture, and calls `on_tile` with each tile once it is finished, from any

@@ -8,6 +8,7 @@ mod hard;
 mod picture;
 mod random;
 mod rays;
+mod spans;
 mod surfaces;
 mod time;
 
@@ -20,5 +21,6 @@ pub use random::{
     Random, dented, random_csg, random_mesh, random_scene, random_shape, random_solid,
 };
 pub use rays::RayColumns;
+pub use spans::spans;
 pub use surfaces::{ball, barth_sextic, clebsch, throat, torus};
 pub use time::within_seconds;

@@ -1,12 +1,11 @@
 //! The native format means what docs/SCENE_FORMAT.md says.
 
-use crate::common::in_repository;
+use crate::common::{in_repository, spans};
 use glam::DVec3;
 use lanecast::internals::io::{LoadError, LoadOptions, Loaded, json_schema, load};
 use lanecast::internals::scene::{
     CsgId, Falloff, Instances, Light, Material, Model, Operator, Projection, Scene,
 };
-use lanecast::internals::trace::spans;
 use std::fmt::Write as _;
 use std::time::Instant;
 

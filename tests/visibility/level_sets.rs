@@ -2,8 +2,8 @@
 //! reference, and between all structures and precisions.
 
 use crate::common::{
-    ALL_AOVS, Random, RayColumns, Way, gyroid, hash, kernels, picture, ring, structures, torus,
-    unit_ball,
+    ALL_AOVS, Random, RayColumns, Way, gyroid, hash, kernels, picture, ring, spans, structures,
+    torus, unit_ball,
 };
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::internals::accel::{Structure, World};
@@ -16,7 +16,7 @@ use lanecast::internals::scene::{
     Camera, Edge, Instances, Operand, Operator, Scene, SceneBuilder, SceneError, ShapeId,
 };
 use lanecast::internals::shade::Surface;
-use lanecast::internals::trace::{HitId, ShadowCache, spans};
+use lanecast::internals::trace::{HitId, ShadowCache};
 
 fn scene(make: impl FnOnce(&mut SceneBuilder) -> Vec<(ShapeId, DAffine3)>) -> Scene {
     let mut to = SceneBuilder::default();

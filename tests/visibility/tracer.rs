@@ -92,3 +92,33 @@ fn tiles_make_up_the_picture() {
     });
     assert_eq!(picture.unwrap().color, seen.into_inner().unwrap());
 }
+
+#[test]
+fn prepared_solids_list_what_each_line_passes_through() {
+    let scene = random_scene(9);
+    let tracer = tracer(&scene, Precision::Guarded);
+    let rays = rays(&scene, 4);
+    let solids = tracer.solids().unwrap();
+    let all = solids.spans_of(&rays);
+    let hits = self::tracer(&scene, Precision::Exact).closest(&rays);
+    for row in (0..rays.len()).step_by(7) {
+        let (org, dir) = rays.ray(row);
+        let one = solids.spans(org, dir);
+        assert_eq!(one.rows, all[row].rows);
+        // What a ray first hits is where some span begins or ends, or no solid.
+        let ends = one
+            .rows
+            .iter()
+            .flat_map(|span| [span.t_enter(), span.t_exit()]);
+        let first = ends.filter(|t| *t > 0.0).fold(f64::INFINITY, f64::min);
+        if let Some(hit) = hits.get(row) {
+            assert!(
+                hit.t <= first,
+                "ray {row}: hit at {}, span at {first}",
+                hit.t
+            );
+        } else {
+            assert_eq!(first, f64::INFINITY, "ray {row}");
+        }
+    }
+}

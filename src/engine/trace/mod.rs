@@ -42,5 +42,5 @@ pub use record::{Outcome, RayKind, TracedRay};
 pub use refine::{exact_t, refine};
 pub use scratch::{ScratchPool, TraceScratch};
 pub use shadow_cache::{CacheCounts, Caching, ShadowCache};
-pub use spans::{End, Span, Spans, spans};
+pub use spans::{End, Solids, Span, Spans};
 pub use temporal_bounds::{Reuse, TemporalBounds, TemporalCounts};

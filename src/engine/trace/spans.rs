@@ -1,21 +1,20 @@
 //! Spans of a line inside the solids of a scene, for mass, thickness and path length.
 //!
-//! Spans are exact. One line is intersected with every instance in turn; no structure is
-//! built. Where two solids overlap, both are listed. Shapes without an inside (polygons; open
+//! Spans are exact. [`Solids`] are prepared once for any number of lines. Where two solids overlap, both are listed. Shapes without an inside (polygons; open
 //! cylinders, cones and implicit surfaces; meshes that are not closed) are counted and left
 //! out.
 
 use super::csg::{TURNED, boundaries, passes_by};
 use super::scratch::TraceScratch;
-use crate::accel::{MeshCrossingTrees, PreparedCsg};
+use crate::accel::{InstanceCrossings, MeshCrossingTrees, PreparedCsg};
 use crate::geom::exact::{Line, Root, span};
 use crate::geom::primitive::Boundaries;
 use crate::math::unit;
 use crate::scene::{
-    Instance, Instances, MaterialId, SceneError, Shape, ShapeId, Tables, check_closed, shape_bounds,
+    Instance, Instances, MaterialId, Scene, SceneError, Shape, ShapeId, Tables, check_closed,
+    shape_bounds,
 };
 use glam::DVec3;
-use std::collections::HashMap;
 use std::ops::ControlFlow;
 
 /// A point where a line enters or leaves a solid.
@@ -65,76 +64,117 @@ pub struct Spans {
     pub left_out: u64,
 }
 
-/// Finds the spans of a line in world space; `dir` has any length but 0. Fails if there are
-/// too many instances to enumerate.
-pub fn spans(
-    scene: &Tables,
-    instances: &Instances,
-    org: DVec3,
-    dir: DVec3,
-) -> Result<Spans, SceneError> {
-    instances.check_enumerable()?;
-    let (mut spans, mut scratch) = (Spans::default(), TraceScratch::default());
-    let mut unfolded: HashMap<ShapeId, Option<PreparedCsg>> = HashMap::new();
-    let mut trees = MeshCrossingTrees::default();
-    for (id, instance) in (0..).zip(instances.iter(scene)) {
-        let ray = Ray {
-            scene,
-            instance,
-            id,
-            org,
-            dir,
-            line: Line {
-                org: instance.object_from_world.point(org.to_array()),
-                dir: instance.object_from_world.vector(dir.to_array()),
-            },
-        };
-        match scene.shapes.row(instance.shape) {
-            Shape::Mesh(row) => {
-                let one = || PreparedCsg::prepare_single(scene, instance.shape);
-                let is_solid =
-                    || !scene.meshes.open[row.index()] && check_closed(scene, row).is_ok();
-                let solid = unfolded.entry(instance.shape);
-                match solid.or_insert_with(|| is_solid().then(one)) {
-                    Some(solid) => ray.push_csg_spans(solid, &mut spans.rows, &mut scratch),
-                    None => spans.left_out += 1,
-                }
+/// The solids of a scene, prepared for lines: each is unfolded once, and instances stand in a
+/// tree.
+pub struct Solids {
+    scene: Scene,
+    instances: Vec<Instance>,
+    crossings: InstanceCrossings,
+    /// By shape, of those that appear.
+    prepared: Vec<PreparedSolid>,
+    left_out: u64,
+}
+
+/// How the spans of a shape are found.
+enum PreparedSolid {
+    /// It has no inside, or does not appear.
+    None,
+    /// It has at most one span, from its exact predicate.
+    Convex,
+    Csg(PreparedCsg),
+}
+
+impl Solids {
+    /// Prepares the solids of a scene. Returns an error if there are too many instances to
+    /// enumerate.
+    pub fn prepare(scene: &Scene, instances: &Instances) -> Result<Solids, SceneError> {
+        instances.check_enumerable()?;
+        let mut trees = MeshCrossingTrees::default();
+        let counts = instances.of_shapes(scene);
+        let ids = (0..scene.shapes.len() as u32).map(ShapeId);
+        let prepared: Vec<PreparedSolid> = ids
+            .zip(&counts)
+            .map(|(id, count)| match count {
+                0 => PreparedSolid::None,
+                _ => PreparedSolid::new(scene, id, &mut trees),
+            })
+            .collect();
+        let without = prepared.iter().zip(&counts);
+        let without = without.filter(|(solid, _)| matches!(solid, PreparedSolid::None));
+        Ok(Solids {
+            scene: scene.clone(),
+            instances: instances.iter(scene).collect(),
+            crossings: InstanceCrossings::build(scene, instances),
+            left_out: without.map(|(_, count)| count).sum(),
+            prepared,
+        })
+    }
+
+    /// Finds the spans of a line in world space; `dir` has any length but 0.
+    pub fn spans(&self, org: DVec3, dir: DVec3, scratch: &mut TraceScratch) -> Spans {
+        let scene = &*self.scene;
+        let mut rows = Vec::new();
+        let mut crossed = Vec::new();
+        self.crossings.along(org, dir, |id| crossed.push(id));
+        crossed.sort_unstable();
+        for id in crossed {
+            let instance = self.instances[id as usize];
+            let solid = &self.prepared[instance.shape.index()];
+            if matches!(solid, PreparedSolid::None) {
+                continue;
             }
-            shape if scene.no_inside(shape).is_some() => spans.left_out += 1,
-            shape => {
+            let ray = Ray {
+                scene,
+                instance,
+                id,
+                org,
+                dir,
+                line: Line {
+                    org: instance.object_from_world.point(org.to_array()),
+                    dir: instance.object_from_world.vector(dir.to_array()),
+                },
+            };
+            let shape = scene.shapes.row(instance.shape);
+            let is_beside = || {
                 let bounds = shape_bounds(scene, instance.shape);
-                if bounds.is_some_and(|bounds| passes_by(&bounds, &ray.line, 1.0)) {
-                    continue;
-                }
-                match shape {
-                    Shape::Csg(row) => {
-                        let mut of =
-                            || PreparedCsg::prepare(scene, instance.shape, row, &mut trees);
-                        let solid = unfolded.entry(instance.shape);
-                        if let Some(solid) = solid.or_insert_with(|| Some(of())) {
-                            ray.push_csg_spans(solid, &mut spans.rows, &mut scratch);
-                        }
-                    }
-                    // The line may enter and leave several times.
-                    shape if shape.boundaries() != Boundaries::Span => {
-                        let one = || Some(PreparedCsg::prepare_single(scene, instance.shape));
-                        let solid = unfolded.entry(instance.shape);
-                        if let Some(solid) = solid.or_insert_with(one) {
-                            ray.push_csg_spans(solid, &mut spans.rows, &mut scratch);
-                        }
-                    }
-                    _ => ray.push_primitive_spans(shape, &mut spans.rows),
-                }
+                bounds.is_some_and(|bounds| passes_by(&bounds, &ray.line, 1.0))
+            };
+            if !matches!(shape, Shape::Mesh(_)) && is_beside() {
+                continue;
+            }
+            match solid {
+                PreparedSolid::None => {}
+                PreparedSolid::Convex => ray.push_primitive_spans(shape, &mut rows),
+                PreparedSolid::Csg(csg) => ray.push_csg_spans(csg, &mut rows, scratch),
             }
         }
+        let by_t = |a: &Span, b: &Span| {
+            let exit = || a.t_exit().total_cmp(&b.t_exit());
+            a.t_enter().total_cmp(&b.t_enter()).then_with(exit)
+        };
+        // The sort is stable: equal spans stay in the order of instances.
+        rows.sort_by(by_t);
+        Spans {
+            rows,
+            left_out: self.left_out,
+        }
     }
-    let by_t = |a: &Span, b: &Span| {
-        let exit = || a.t_exit().total_cmp(&b.t_exit());
-        a.t_enter().total_cmp(&b.t_enter()).then_with(exit)
-    };
-    // The sort is stable: equal spans stay in the order of instances.
-    spans.rows.sort_by(by_t);
-    Ok(spans)
+}
+
+impl PreparedSolid {
+    fn new(scene: &Tables, id: ShapeId, trees: &mut MeshCrossingTrees) -> PreparedSolid {
+        let single = || PreparedSolid::Csg(PreparedCsg::prepare_single(scene, id));
+        match scene.shapes.row(id) {
+            Shape::Mesh(row) if scene.meshes.open[row.index()] => PreparedSolid::None,
+            Shape::Mesh(row) if check_closed(scene, row).is_err() => PreparedSolid::None,
+            Shape::Mesh(_) => single(),
+            shape if scene.no_inside(shape).is_some() => PreparedSolid::None,
+            Shape::Csg(row) => PreparedSolid::Csg(PreparedCsg::prepare(scene, id, row, trees)),
+            // The line may enter and leave several times.
+            shape if shape.boundaries() != Boundaries::Span => single(),
+            _ => PreparedSolid::Convex,
+        }
+    }
 }
 
 /// A line and one instance.

@@ -19,6 +19,7 @@ pub struct HitBuffer<'b> {
     /// 1 if the ray came from the outer side, else −1.
     pub side: ArenaVec<'b, f64>,
     pub offset: ArenaVec<'b, f64>,
+    pub shadow_offset: ArenaVec<'b, f64>,
     /// The ray's direction, unit after [`finish`](HitBuffer::finish).
     pub incoming: Column3<'b, Doubles>,
     len: usize,
@@ -36,6 +37,7 @@ impl<'b> HitBuffer<'b> {
             ns: columns(),
             side: numbers(),
             offset: numbers(),
+            shadow_offset: numbers(),
             incoming: columns(),
             len: 0,
         }
@@ -56,6 +58,7 @@ impl<'b> HitBuffer<'b> {
         self.material.resize(rows, None);
         self.side.resize(rows, 1.0);
         self.offset.resize(rows, 0.0);
+        self.shadow_offset.resize(rows, 0.0);
         self.len = hits;
     }
 
@@ -70,6 +73,7 @@ impl<'b> HitBuffer<'b> {
         let side = Lanes::select(surfaces.front, one, -one);
         scatter(&mut self.side, rows, side);
         scatter(&mut self.offset, rows, surfaces.offset);
+        scatter(&mut self.shadow_offset, rows, surfaces.shadow_offset);
     }
 
     /// Pads the columns to whole steps and normalises directions; call it once all hits
@@ -88,6 +92,7 @@ impl<'b> HitBuffer<'b> {
         repeat_last(&mut self.material, len);
         repeat_last(&mut self.side, len);
         repeat_last(&mut self.offset, len);
+        repeat_last(&mut self.shadow_offset, len);
         for first in (0..self.len).step_by(STEP) {
             let unit = units(self.incoming.step(first));
             self.incoming.set_step(first, unit);

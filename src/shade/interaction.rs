@@ -22,6 +22,10 @@ const NEAR_FACED: f64 = 1.0 / 4096.0;
 /// Roundings of f32 that t of a hit may be off by, and one for its own rounding.
 const T_ROUNDINGS: f64 = 8.0;
 
+/// What is off besides where t is denormal in f32, and the t that f32 cuts off at.
+const T_LEAST: f64 = f32::MIN_POSITIVE as f64;
+const T_MOST: f64 = f32::MAX as f64;
+
 /// Unit roundoffs of the lane types.
 const SINGLE: f64 = <f32 as Scalar>::UNIT_ROUNDOFF as f64;
 const DOUBLE: f64 = <f64 as Scalar>::UNIT_ROUNDOFF;
@@ -212,11 +216,12 @@ impl<'w> InteractionPart<'w> {
         let own = own.as_ref();
         let placed = self.placed.as_ref();
         let infinity = D::splat(f64::INFINITY);
-        let (mut left, mut roundoff, mut blurred) = (D::zero(), SINGLE, D::zero());
+        let (mut left, mut roundoff, mut blurred) = (D::zero(), SINGLE, [D::zero(); 2]);
         let mut known = None;
         if self.precision != Precision::Fast {
-            let way = (object_dir * t).max_abs();
-            let far = !(way * D::splat(T_ROUNDINGS * SINGLE)).le(D::splat(self.near));
+            let off = t.abs() * D::splat(T_ROUNDINGS * SINGLE) + D::splat(T_LEAST);
+            let off = D::select(t.lt(D::splat(T_MOST)), off, D::splat(f64::INFINITY));
+            let far = !(object_dir.max_abs() * off).le(D::splat(self.near));
             if far.any() {
                 t = self.t_from_afar(far, (world_org, world_dir), t, primitives);
             }
@@ -316,14 +321,18 @@ impl<'w> InteractionPart<'w> {
         let object_size = D::splat(self.size).max(object_org.max_abs());
         let object = (D::splat(roundoff) * object_size).max(D::splat(of_values) * blur);
         let world_size = world_org.max_abs().max(point.max_abs());
-        let rounded = D::splat(self.stretch) * (object + blurred) + D::splat(DOUBLE) * world_size;
+        let rounded =
+            D::splat(self.stretch) * (object + blurred[0]) + D::splat(DOUBLE) * world_size;
         let most = D::splat(f64::MAX / LEAVING);
+        let offset = D::splat(LEAVING) * rounded.min(most) + left;
+        let more = D::splat(self.stretch) * blurred[1];
         Surfaces {
             point,
             ng,
             ns,
             front,
-            offset: D::splat(LEAVING) * rounded.min(most) + left,
+            offset,
+            shadow_offset: offset + D::splat(LEAVING) * more.min(most),
         }
     }
 
@@ -374,22 +383,29 @@ impl<'w> InteractionPart<'w> {
         (bits != 0).then(|| (D::Mask::from_bits(bits), Vec3::of_lanes(|i| normals[i])))
     }
 
-    /// Returns the extra rounding of a CSG solid's operands, as a length in the
-    /// operand's space. Except meshes, quadrics, implicits and level sets, operands are
-    /// tested at their own size; no operand is more accurate than its placement.
+    /// Returns the extra rounding of a CSG solid's operands, as a length in the operand's
+    /// space; and what is added to it for f32 lanes. Except meshes, quadrics, implicits and
+    /// level sets, operands are tested at their own size; no operand is more accurate than its
+    /// placement.
     #[inline(always)]
-    fn blurred<D: Lanes<Scalar = f64>>(&self, wider: D) -> D {
+    fn blurred<D: Lanes<Scalar = f64>>(&self, wider: D) -> [D; 2] {
         let Some(part) = &self.part else {
-            return D::zero();
+            return [D::zero(); 2];
         };
         let roundoff = (D::splat(DOUBLE) * wider).min(D::splat(SINGLE));
-        let times = match self.shape.blur() {
-            Blur::Apart => 0.0,
-            Blur::Planar | Blur::HalfSpaces => 1.0,
+        let [in_double, in_single] = match self.shape.blur() {
+            Blur::Apart => [0.0; 2],
+            Blur::Planar | Blur::HalfSpaces => [1.0; 2],
             // In f64 axes are rounded, too.
-            _ => 4.0 * LEAVING_CURVED,
+            _ => [4.0 * LEAVING_CURVED, LEAVING_CURVED],
         };
-        D::splat(times) * roundoff * D::splat(part.extent) + D::splat(part.slack * (4.0 / LEAVING))
+        let extent = D::splat(part.extent);
+        let double = D::splat(in_double) * roundoff * extent;
+        let single = D::splat(in_single * SINGLE) * extent;
+        [
+            double + D::splat(part.slack * (4.0 / LEAVING)),
+            (single - double).max(D::zero()),
+        ]
     }
 }
 

@@ -43,6 +43,9 @@ pub struct Surfaces<D: Lanes> {
     pub ns: Vec3<D>,
     pub front: D::Mask,
     pub offset: D,
+    /// As [`offset`](Self::offset), so that f32 lanes are certain to have left the surface:
+    /// shadow rays are many, and a shift across a gap of roundings of f32 does not show.
+    pub shadow_offset: D,
 }
 
 impl Surface {

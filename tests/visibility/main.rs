@@ -7,6 +7,7 @@ mod common;
 
 mod doubts;
 mod ends;
+mod far_views;
 mod far_worlds;
 mod grazing;
 #[cfg(feature = "all-lanes")]

@@ -60,7 +60,7 @@ impl<'b> ShadowRays<'b> {
                 continue;
             }
             let side: Doubles = Lanes::select(towards.dot(ng).ge(zero), one, -one);
-            let org = point + ng * (side * Doubles::load(&buffer.offset[first..]));
+            let org = point + ng * (side * Doubles::load(&buffer.shadow_offset[first..]));
             let (dir, some) = shadow_dirs(light, org, towards);
             let rows = some.bits() & rows;
             let numbers: [u32; STEP] = std::array::from_fn(|i| (first + i) as u32);

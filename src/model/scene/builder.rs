@@ -124,6 +124,11 @@ impl SceneBuilder {
         self.tables.shapes.push(name, Shape::Mesh(id))
     }
 
+    /// A mesh that is already in the tables, under another name.
+    pub fn mesh_again(&mut self, name: &str, mesh: MeshId) -> ShapeId {
+        self.tables.shapes.push(name, Shape::Mesh(mesh))
+    }
+
     /// A solid made of solids by an operator.
     pub fn csg(&mut self, name: &str, operator: Operator, operands: &[Operand]) -> ShapeId {
         let (shape, id) = self.declare_csg(name, operator);

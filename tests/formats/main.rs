@@ -5,6 +5,7 @@
 mod common;
 
 mod io_bad;
+mod limits;
 mod native;
 mod native_bad;
 mod nff;

@@ -46,15 +46,21 @@ pub(super) fn import(
         }
     }
 
-    // Cameras and lights, parents before children.
+    // Lights, parents before children.
     let mut world = vec![Affine::IDENTITY; count];
     for node in order.iter().map(|n| *n as usize).filter(|n| !hidden[*n]) {
         world[node] = match parents[node] {
             NO_PARENT => local[node],
             above => world[above as usize].then_after(&local[node]),
         };
-        camera(file, node, &world[node], scene, report)?;
         light(file, node, &world[node], scene, report)?;
+    }
+    // Cameras are numbered as the file lists them.
+    let mut seen: Vec<u32> = order.clone();
+    seen.retain(|n| !hidden[*n as usize] && file.root.nodes[*n as usize].camera.is_some());
+    seen.sort_unstable_by_key(|n| (file.root.nodes[*n as usize].camera.map(|c| c.value()), *n));
+    for node in seen.into_iter().map(|n| n as usize) {
+        camera(file, node, &world[node], scene, report)?;
     }
     drop(world);
 

@@ -11,7 +11,9 @@ use crate::shared::mesh_cleanup::{compact, repair_normals};
 use crate::shared::messages::one_line;
 use crate::{ImportReport, LoadError};
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
-use ply_rs_bw::ply::{ElementDef, Header, Property, PropertyAccess, PropertyAccessResult};
+use ply_rs_bw::ply::{
+    ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult,
+};
 use std::path::Path;
 
 /// Reads a PLY file as one mesh. Fails for malformed files, positions that are not finite,
@@ -186,9 +188,12 @@ fn parse(bytes: &[u8], report: &mut ImportReport) -> Result<MeshData, Wrong> {
                 faces = elements(&mut reader, element, &header)?;
             }
             name => {
-                let skipped: Vec<Skipped> = elements(&mut reader, element, &header)?;
+                // Rows of a binary element without properties have no bytes.
+                if !(element.properties.is_empty() && header.encoding != Encoding::Ascii) {
+                    let _: Vec<Skipped> = elements(&mut reader, element, &header)?;
+                }
                 let what = format!("element {}", one_line(name));
-                report.add_many(&what, skipped.len());
+                report.add_many(&what, element.count);
             }
         }
     }
@@ -212,14 +217,20 @@ fn elements<E: PropertyAccess>(
         .map_err(wrong)
 }
 
-/// Checks that no element has more rows than the file has bytes after the header (`rest`),
-/// since a row takes at least one byte, or none and then needs no more rows than that; and
+/// Checks that the elements have no more rows than the file has bytes after the header
+/// (`rest`): all of them together, since a row takes a byte at least, and each binary element
+/// without properties, whose rows take none, by itself; and
 /// that no name occurs twice, because the crate would join the two.
 fn check_header(header: &Header, text: &[u8], rest: usize) -> Result<(), Wrong> {
+    let mut left = rest;
     for element in header.elements.values() {
-        if element.count > rest {
+        let no_bytes = element.properties.is_empty() && header.encoding != Encoding::Ascii;
+        let room = if no_bytes { rest } else { left };
+        if element.count <= room {
+            left -= if no_bytes { 0 } else { element.count };
+        } else {
             let message = format!(
-                "its header says {} of element '{}', but only {rest} bytes follow",
+                "its header says {} of element '{}', but only {room} bytes follow",
                 element.count,
                 one_line(&element.name)
             );

@@ -22,17 +22,21 @@ impl ImportReport {
         }
     }
 
-    /// Formats the counts in one line, kinds in alphabetical order:
+    /// Formats the counts in one line, kinds in alphabetical order and at most ten of them:
     /// `not imported: 1 × animation, 3 × texture`. `None` if nothing was left out.
     pub fn summary(&self) -> Option<String> {
         if self.counts.is_empty() {
             return None;
         }
-        let list: Vec<String> = self
-            .counts
-            .iter()
-            .map(|(what, n)| format!("{n} × {what}"))
-            .collect();
-        Some(format!("not imported: {}", list.join(", ")))
+        const SHOWN: usize = 10;
+        let shown = self.counts.iter().take(SHOWN);
+        let list: Vec<String> = shown.map(|(what, n)| format!("{n} × {what}")).collect();
+        let mut line = format!("not imported: {}", list.join(", "));
+        if self.counts.len() > SHOWN {
+            let rest: usize = self.counts.values().skip(SHOWN).sum();
+            let kinds = self.counts.len() - SHOWN;
+            line += &format!(", and {rest} of {kinds} more kinds");
+        }
+        Some(line)
     }
 }

@@ -16,6 +16,9 @@ pub enum CliError {
     Load(#[from] LoadError),
     #[error(transparent)]
     Save(#[from] SaveError),
+    /// A picture that would need more memory than is free.
+    #[error("{0}")]
+    Memory(String),
     #[error("standard output: cannot be written: {0}")]
     Stdout(std::io::Error),
     #[error("interrupted; nothing was written")]
@@ -29,7 +32,7 @@ impl From<RenderError> for CliError {
     fn from(error: RenderError) -> CliError {
         match error {
             RenderError::Interrupted => CliError::Interrupted,
-            RenderError::Memory { .. } => CliError::Usage(error.to_string()),
+            RenderError::Memory { .. } => CliError::Memory(error.to_string()),
         }
     }
 }
@@ -47,7 +50,7 @@ impl CliError {
             // An output that names one of the scene's own files is a usage error, too:
             // it is detected before the file is read.
             CliError::Usage(_) | CliError::Load(LoadError::Output { .. }) => 2,
-            CliError::Load(_) => 3,
+            CliError::Load(_) | CliError::Memory(_) => 3,
             CliError::Save(_) | CliError::Stdout(_) => 4,
             CliError::Interrupted | CliError::Unread => 130,
         }

@@ -2,12 +2,14 @@
 
 use super::args::{ExportArgs, RENDER_SIZE};
 use super::error::CliError;
-use super::output::{Results, Sink, check_destinations, print};
+use super::interrupt;
+use super::output::{Results, Sink, check_destinations, print, printable_line};
 use super::scene;
 use crate::io::{LoadError, pov_text};
 use crate::scene::Instances;
 
 pub fn run(args: &ExportArgs) -> Result<(), CliError> {
+    interrupt::end_at_signal();
     let outputs = check_destinations(&[&args.scene], &[], [&args.pov].into_iter())?;
     let scene = scene::load(&args.scene, &args.load_options(outputs))?;
     let row = scene::pick_camera(&scene.cameras, args.camera.as_deref())?;
@@ -22,5 +24,6 @@ pub fn run(args: &ExportArgs) -> Result<(), CliError> {
     let bytes = text.len();
     let mut results = Results::default();
     results.outputs.add(path, text.into_bytes())?;
-    results.commit(&format!("{}: {bytes} bytes\n", path.display()))
+    let name = printable_line(&path.display().to_string());
+    results.commit(&format!("{name}: {bytes} bytes\n"))
 }

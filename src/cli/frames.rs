@@ -8,7 +8,7 @@
 use super::args::RenderArgs;
 use super::error::CliError;
 use super::interrupt;
-use super::output::{Results, check_destinations};
+use super::output::{Results, check_destinations, printable_line};
 use super::pipeline::{Prepared, prepare, structure};
 use super::progress::{Drawing, rate};
 use crate::accel::{KeptTrees, RefitOutcome, WORST_REFIT, World};
@@ -106,8 +106,8 @@ pub fn run(
     interrupt::check(&progress)?;
     results.commit(&format!(
         "{} … {}: {frames} frames of {}x{}, {} rays in {:.3} s, {}\n",
-        files[0].display(),
-        files[files.len() - 1].display(),
+        printable_line(&files[0].display().to_string()),
+        printable_line(&files[files.len() - 1].display().to_string()),
         config.width,
         config.height,
         stats.rays.total(),

@@ -3,13 +3,15 @@
 //! A cancelled command writes nothing and exits with 130. The work reads the flag only
 //! now and then, and a single ray may take minutes; a process that has not stopped
 //! after [`GRACE_PERIOD`] is therefore ended, unless its files are being renamed into
-//! place. The same applies to a wait for a pipe that nobody reads. A process that is
+//! place: from then on signals are without effect. The same applies to a wait for a pipe that nobody reads. A process that is
 //! ended this way still removes its unfinished files.
 
 use super::error::CliError;
 use super::output::complain;
 use crate::io::discard_unfinished;
 use crate::render::Progress;
+#[cfg(unix)]
+use signal_hook::consts::SIGXFSZ;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::time::Duration;
@@ -34,18 +36,33 @@ pub fn watch() -> Arc<Progress> {
     // Without a handler, a signal ends the process by default.
     let _ = ctrlc::set_handler(move || {
         if watched.is_cancelled() {
-            let _nothing_begins = discard_unfinished();
-            std::process::exit(130);
+            end();
         }
         watched.cancel();
         // Without this thread the second signal still works.
-        let _ = std::thread::Builder::new().spawn(end_after_timeout);
+        let _ = std::thread::Builder::new().spawn(|| {
+            std::thread::sleep(GRACE_PERIOD);
+            end();
+        });
     });
     progress
 }
 
-fn end_after_timeout() {
-    std::thread::sleep(GRACE_PERIOD);
+/// Lets the first signal end the process, for commands whose work cannot be cancelled.
+/// Call this once, instead of [`watch`].
+pub fn end_at_signal() {
+    let _ = ctrlc::set_handler(end);
+}
+
+/// Lets a file that grows beyond the limit of the shell's `ulimit -f` be an error of
+/// writing; by default the signal ends the process.
+pub fn survive_file_size_limit() {
+    #[cfg(unix)]
+    let _ = signal_hook::flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false)));
+}
+
+/// Ends the process, unless its work has ended and files are being renamed.
+fn end() {
     let taken =
         ENDED_BY.compare_exchange(UNDECIDED, BY_TIMEOUT, Ordering::SeqCst, Ordering::SeqCst);
     if taken.is_ok() {

@@ -17,6 +17,7 @@ mod extremes;
 mod frames;
 mod interrupt;
 mod measure;
+mod memory;
 mod output;
 mod pipeline;
 mod plan;
@@ -80,6 +81,7 @@ pub fn main() -> ExitCode {
     if !cpu::check() {
         return ExitCode::from(2);
     }
+    interrupt::survive_file_size_limit();
     run()
 }
 

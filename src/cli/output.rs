@@ -62,10 +62,10 @@ impl Results {
         // A reader may block these writes, so the timeout stays active during them.
         interrupt::begin_sending();
         self.outputs.send()?;
-        print(match self.stdout.as_str() {
-            "" => summary,
-            json => json,
-        })?;
+        match self.stdout.as_str() {
+            "" => print(&printable(summary))?,
+            json => print(json)?,
+        }
         interrupt::disable_timeout();
         Ok(self.outputs.commit()?)
     }
@@ -145,7 +145,32 @@ pub fn print(text: &str) -> Result<(), CliError> {
 
 /// Writes one line to standard error; a failure cannot be reported.
 pub fn complain(line: &str) {
-    let _ = writeln!(std::io::stderr(), "{line}");
+    let _ = writeln!(std::io::stderr(), "{}", printable_line(line));
+}
+
+/// Escapes what a terminal would obey in a text of several lines: names of files, or names
+/// in them, may hold anything.
+pub fn printable(text: &str) -> String {
+    escaped(text, |c| c == '\n')
+}
+
+/// Escapes what a terminal would obey, line feeds too: a name must not begin a line.
+pub fn printable_line(text: &str) -> String {
+    escaped(text, |_| false)
+}
+
+fn escaped(text: &str, keep: impl Fn(char) -> bool) -> String {
+    // Marks that reorder or break what is shown beside them.
+    let misleads = |c| matches!(c, '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{feff}');
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        if (c.is_control() || misleads(c)) && !keep(c) {
+            shown.extend(c.escape_default());
+        } else {
+            shown.push(c);
+        }
+    }
+    shown
 }
 
 #[cfg(test)]
@@ -156,6 +181,13 @@ mod tests {
         let error = result.unwrap_err();
         assert_eq!(error.exit_code(), 2);
         error.to_string()
+    }
+
+    #[test]
+    fn nothing_reaches_a_terminal_that_it_would_obey() {
+        let said = printable("a\u{1b}[2J\u{7}\r\u{9b}\u{202e}ç →\nb\n");
+        assert_eq!(said, "a\\u{1b}[2J\\u{7}\\r\\u{9b}\\u{202e}ç →\nb\n");
+        assert_eq!(printable_line("a\nb"), "a\\nb");
     }
 
     #[test]

@@ -5,7 +5,7 @@ use super::error::CliError;
 use super::scene;
 use crate::accel::{BuildQuality, KdQuality, World};
 use crate::io::{LoadError, LoadOptions};
-use crate::measure::{PlanSummary, SceneCounts, Stats, Watch};
+use crate::measure::{InstanceNames, PlanSummary, SceneCounts, Stats, Watch};
 use crate::plan::{Plan, PlanError, plan};
 use crate::render::RenderConfig;
 use crate::scene::{Camera, Instances, Scene, builtin};
@@ -83,6 +83,7 @@ pub fn complete(
         triangles: scene.meshes.triangles.len() as u64,
         lights: scene.lights.len() as u64,
     };
+    stats.instance_names = InstanceNames::of(&scene, &instances);
     for (name, bytes) in scene.bytes() {
         stats.memory.insert(name.into(), bytes as u64);
     }

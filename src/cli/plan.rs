@@ -2,10 +2,11 @@
 
 use super::args::PlanArgs;
 use super::error::CliError;
-use super::output::{Results, check_destinations};
+use super::interrupt;
+use super::output::{Results, check_destinations, printable_line};
 use super::pipeline::{Prepared, prepare};
 use crate::accel::{TlasEntry, World};
-use crate::measure::{Stats, Watch};
+use crate::measure::{InstanceNames, Stats, Watch};
 use crate::plan::{remarks, searched, solved, stacked, unbounded};
 use crate::scene::{Shape, ShapeId, Tables, shape_bounds};
 use serde::Serialize;
@@ -16,6 +17,8 @@ use std::fmt::Write;
 #[derive(Debug, Serialize)]
 struct Report {
     instances: u64,
+    /// What the ids of pictures stand for.
+    instance_names: InstanceNames,
     /// Number of instances of each kind of shape.
     shapes: BTreeMap<&'static str, u64>,
     triangles: usize,
@@ -54,6 +57,7 @@ struct Choice {
 }
 
 pub fn run(args: &PlanArgs) -> Result<(), CliError> {
+    interrupt::end_at_signal();
     let config = args.config()?;
     let inputs: Vec<_> = args.scene.as_deref().into_iter().collect();
     let outputs = check_destinations(&inputs, &[], args.common.sinks())?;
@@ -127,6 +131,7 @@ fn report(prepared: &Prepared, world: &World) -> Report {
     let reasons = prepared.plan.reasons.iter();
     Report {
         instances: prepared.instances.count(),
+        instance_names: InstanceNames::of(&prepared.scene, &prepared.instances),
         shapes,
         triangles: scene.meshes.triangles.len(),
         lights: scene.lights.len(),
@@ -173,12 +178,16 @@ fn text_report(report: &Report) -> String {
         let _ = writeln!(
             text,
             "  {:<16} {} operands, {} gates, {} frames, {} bytes",
-            row.name, row.operands, row.gates, row.frames, row.bytes
+            printable_line(&row.name),
+            row.operands,
+            row.gates,
+            row.frames,
+            row.bytes
         );
     }
     more(&mut text, report.csg_solids.len());
     for line in report.remarks.iter().take(SHOWN) {
-        let _ = writeln!(text, "  note: {line}");
+        let _ = writeln!(text, "  note: {}", printable_line(line));
     }
     more(&mut text, report.remarks.len());
     let _ = writeln!(text, "\nchoices");

@@ -2,7 +2,8 @@
 
 use super::args::ProbeArgs;
 use super::error::CliError;
-use super::output::{Results, check_destinations};
+use super::interrupt;
+use super::output::{Results, check_destinations, printable_line};
 use super::scene::{self, shape_name};
 use crate::io::LoadError;
 use crate::scene::{Instances, MaterialId, Scene};
@@ -59,6 +60,7 @@ const SHORTEST: f64 = 1e-150;
 const LONGEST: f64 = 1e150;
 
 pub fn run(args: &ProbeArgs) -> Result<(), CliError> {
+    interrupt::end_at_signal();
     let outputs = check_destinations(&[&args.scene], &[], args.json.iter())?;
     if args.dir == DVec3::ZERO {
         let message = "--dir 0,0,0 points nowhere; give it a length above 0";
@@ -151,7 +153,8 @@ fn text_report(report: &Report) -> String {
         let _ = writeln!(
             text,
             "\n{side:<7} t {t_enter:?} to {t_exit:?}, length {thickness:?}: {} (instance {})",
-            row.solid, row.instance
+            printable_line(&row.solid),
+            row.instance
         );
         for (what, end) in [("enters", &row.enter), ("leaves", &row.exit)] {
             let Some(end) = end else {
@@ -161,8 +164,8 @@ fn text_report(report: &Report) -> String {
             let _ = writeln!(
                 text,
                 "  {what}   {:<16} {:<16} at {}  normal {}",
-                end.shape,
-                end.material.as_deref().unwrap_or("(no material)"),
+                printable_line(&end.shape),
+                printable_line(end.material.as_deref().unwrap_or("(no material)")),
                 vector(end.point),
                 vector(end.normal),
             );

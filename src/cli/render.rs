@@ -2,10 +2,10 @@
 
 use super::args::RenderArgs;
 use super::error::CliError;
-use super::output::{Results, check_destinations};
+use super::output::{Results, check_destinations, printable_line};
 use super::pipeline::prepare;
 use super::progress::{Drawing, rate};
-use super::{frames, interrupt};
+use super::{frames, interrupt, memory};
 use crate::io::picture_files;
 use crate::measure::{PictureSize, Stats, Watch};
 use crate::render::{Rendered, View};
@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
 pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     let config = args.config()?;
     let picture_path = output_path(args);
+    memory::check(&config, &picture_path)?;
     let stats = Stats {
         picture: PictureSize {
             width: config.width,
@@ -74,7 +75,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
         "{}: {}x{}, {} rays in {:.3} s, {}\n",
         files
             .iter()
-            .map(|f| f.display().to_string())
+            .map(|f| printable_line(&f.display().to_string()))
             .collect::<Vec<_>>()
             .join(", "),
         config.width,

@@ -2,7 +2,8 @@
 
 use super::args::RootsArgs;
 use super::error::CliError;
-use super::output::{Results, check_destinations};
+use super::interrupt;
+use super::output::{Results, check_destinations, printable_line};
 use crate::io::{Listed, load_polynomials};
 use crate::measure::plot::{Heading, solvers_page};
 use crate::measure::solvers::{DegreeRow, Total, Trial, totals, trial};
@@ -40,6 +41,7 @@ struct Row {
 }
 
 pub fn run(args: &RootsArgs) -> Result<(), CliError> {
+    interrupt::end_at_signal();
     let inputs: Vec<_> = args.file.as_deref().into_iter().collect();
     let files: Vec<_> = args.plot.iter().cloned().collect();
     check_destinations(&inputs, &files, args.json.iter())?;
@@ -233,7 +235,7 @@ fn heading(text: &mut String, row: &Row) {
     for cluster in &row.clusters {
         let _ = write!(line, "  {}", unresolved(cluster));
     }
-    let name = row.name.as_deref().unwrap_or("");
+    let name = printable_line(row.name.as_deref().unwrap_or(""));
     let count = distinct(row.roots.len());
     let _ = writeln!(text, "{name} (degree {}): {count}", row.degree);
     if !line.is_empty() {

@@ -20,12 +20,12 @@ use crate::measure::verify::{
 use crate::measure::{Stats, Watch};
 use crate::plan::{Choices, Kernels, LaneCount, Precision, plan};
 use crate::reference::{self, Reference};
-use crate::render::{Grid, Progress, RenderConfig, Rendered, render};
+use crate::render::{Grid, Progress, RenderConfig, RenderError, Rendered, render};
 use crate::trace::{ScratchPool, TracedRay};
 use report::{Mode, Report, Time};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Maximum number of mismatches printed with all their numbers per comparison: for one
 /// mode, and for each of several.
@@ -36,6 +36,12 @@ const MAX_PIXELS: u64 = 1 << 22;
 
 /// Maximum number of aimed rays whose answers are held at once.
 const AT_A_TIME: usize = 1 << 18;
+
+/// Least and greatest number of timed runs of a picture, and the time after which none
+/// begins.
+const MIN_TIMED: u32 = 2;
+const MAX_TIMED: u32 = 20;
+const TIMED: Duration = Duration::from_millis(100);
 
 pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
     let config = args.config()?;
@@ -140,13 +146,15 @@ impl Check<'_> {
     fn mode(&self, precision: Precision) -> Result<(Mode, crate::shade::RayCounts), CliError> {
         let kernels = self.kernels(precision)?;
         let options = self.options(kernels, self.sample);
-        let (fast, fast_ns) = self.traced(kernels)?;
+        let fast = self.recorded(kernels)?;
         let escalated = fast.decided;
+        let fast_ns = self.timed(kernels)?;
         let one = Kernels {
             lanes: 1,
             ..kernels
         };
-        let (scalar, scalar_ns) = self.traced(one)?;
+        let scalar = self.recorded(one)?;
+        let scalar_ns = self.timed(one)?;
         let mut widths = Differences::default();
         widths.add(&fast.record, &scalar.record);
         drop(scalar);
@@ -212,22 +220,35 @@ impl Check<'_> {
         Ok(plan.kernels)
     }
 
-    /// Renders the picture with every ray recorded, in pixel order, and returns the
-    /// nanoseconds per ray.
-    fn traced(&self, kernels: Kernels) -> Result<(Rendered, f64), CliError> {
+    /// Renders the picture with every ray recorded, in pixel order.
+    fn recorded(&self, kernels: Kernels) -> Result<Rendered, CliError> {
+        Ok(self.rendered(kernels, true)?)
+    }
+
+    /// Returns the nanoseconds per ray of the picture, without a record, which costs more
+    /// than its ray. The least of several runs counts: the first warms the processor up.
+    fn timed(&self, kernels: Kernels) -> Result<f64, CliError> {
+        let mut least = f64::INFINITY;
+        let begun = Instant::now();
+        for run in 0..MAX_TIMED {
+            if run >= MIN_TIMED && begun.elapsed() > TIMED {
+                break;
+            }
+            let start = Instant::now();
+            let rendered = self.rendered(kernels, false)?;
+            least = least.min(per_ray(start, rendered.counts.total()));
+        }
+        Ok(least)
+    }
+
+    fn rendered(&self, kernels: Kernels, recording: bool) -> Result<Rendered, RenderError> {
         let view = crate::render::View {
             world: self.world,
             kernels,
             camera: self.prepared.camera,
             lights: &self.prepared.scene.lights,
         };
-        let go = |recording| self.drawn(|| render(&view, self.config, recording, self.progress));
-        let recorded = go(true)?;
-        // Timed separately: a record costs more than its ray.
-        let start = Instant::now();
-        let rendered = go(false)?;
-        let ns = per_ray(start, rendered.counts.total());
-        Ok((recorded, ns))
+        self.drawn(|| render(&view, self.config, recording, self.progress))
     }
 
     fn replay(

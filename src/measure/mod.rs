@@ -10,6 +10,7 @@ pub mod frames;
 pub mod generate;
 pub mod growth;
 pub mod index_stats;
+mod instance_names;
 pub mod plot;
 pub mod queries;
 pub mod ray_kinds;
@@ -19,6 +20,7 @@ mod stats;
 pub mod verify;
 pub mod volumes;
 
+pub use instance_names::{InstanceName, InstanceNames};
 pub use stats::{
     FrameStats, PictureSize, PlanSummary, SceneCounts, Stage, Stats, Watch, peak_resident_bytes,
     restart_peak_resident,

@@ -2,6 +2,7 @@
 //!
 //! Times are wall-clock seconds, memory is in bytes, counts are exact.
 
+use super::InstanceNames;
 use crate::shade::RayCounts;
 use crate::trace::TemporalCounts;
 use serde::Serialize;
@@ -12,6 +13,8 @@ use std::time::Instant;
 pub struct Stats {
     pub picture: PictureSize,
     pub scene: SceneCounts,
+    /// What the ids of pictures stand for.
+    pub instance_names: InstanceNames,
     pub plan: PlanSummary,
     /// Stages in the order in which they ran.
     pub stages: Vec<Stage>,

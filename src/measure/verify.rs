@@ -58,6 +58,22 @@ impl Float {
             }
         }
     }
+
+    /// Whether units in the last place measure an error of `t` on this ray. They do not
+    /// where `t` is no normal number of the type, nor where the hit is as near to the
+    /// origin as the rounding of the origin's coordinates.
+    fn measures(self, t: f64, ray: &TracedRay) -> bool {
+        let (unit, normal) = match self {
+            Float::Single => (
+                f64::from(f32::EPSILON),
+                f32::MIN_POSITIVE.into()..=f32::MAX.into(),
+            ),
+            Float::Double => (f64::EPSILON, f64::MIN_POSITIVE..=f64::MAX),
+        };
+        let largest = |v: [f64; 3]| v.into_iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let step = t.abs() * largest(ray.dir.map(f64::from));
+        normal.contains(&t.abs()) && step > 0.5 * unit * largest(ray.org)
+    }
 }
 
 impl Default for VerifyOptions {
@@ -96,6 +112,9 @@ pub struct Counts {
     /// Maximum over hits of the same primitive; never NaN.
     pub max_rel_t_error: f64,
     pub max_normal_error_deg: f64,
+    /// Hits of the same primitive whose t is nearly 0, or outside the range of the mode's
+    /// numbers: their error is not counted in units in the last place.
+    pub without_ulps: u64,
     /// `independent` only: (pixel, light) pairs that the reference sees lit and for
     /// which no shadow ray was traced (a shading normal turned away, or a lost ray).
     pub not_traced: u64,
@@ -142,7 +161,8 @@ pub struct UlpErrors {
 #[derive(Clone, Debug, Default)]
 pub struct Comparison {
     pub counts: Counts,
-    /// Error of each hit of the right primitive, in no particular order.
+    /// Error of each hit of the right primitive, in no particular order, but those of
+    /// `Counts::without_ulps`.
     pub t_ulps: Vec<f32>,
     /// Wrong closest hits by the kinds found and expected, such as "nothing for
     /// sphere".
@@ -438,7 +458,11 @@ fn check_nearest(
         return wrong(MismatchKind::WrongId);
     }
     raise(&mut out.counts.max_rel_t_error, rel_t_error);
-    out.t_ulps.push((off / options.float.ulp(hit.t)) as f32);
+    if options.float.measures(hit.t, ray) {
+        out.t_ulps.push((off / options.float.ulp(hit.t)) as f32);
+    } else {
+        out.counts.without_ulps += 1;
+    }
     if normal.iter().any(|x| x.is_nan()) {
         return;
     }
@@ -495,6 +519,7 @@ impl Comparison {
         raise(&mut a.max_rel_t_error, b.max_rel_t_error);
         raise(&mut a.max_normal_error_deg, b.max_normal_error_deg);
         a.not_traced += b.not_traced;
+        a.without_ulps += b.without_ulps;
         self.mismatches.extend(other.mismatches);
         self.t_ulps.extend(other.t_ulps);
         for (kinds, count) in other.wrong_kinds {

@@ -45,6 +45,19 @@ pub fn blank(width: u32, height: u32, aovs: AovSet) -> Result<Picture, TryReserv
     })
 }
 
+/// Returns the bytes of a picture's columns.
+pub fn bytes(width: u32, height: u32, aovs: AovSet) -> u64 {
+    let of = |wanted: bool, bytes: usize| if wanted { bytes as u64 } else { 0 };
+    let pixel = of(true, size_of::<Rgb>())
+        + of(aovs.depth, size_of::<f32>())
+        + of(aovs.position, size_of::<[f32; 3]>())
+        + of(aovs.normal, size_of::<[f32; 3]>())
+        + of(aovs.albedo, size_of::<Rgb>())
+        + of(aovs.instance_id, size_of::<u64>())
+        + of(aovs.primitive_id, size_of::<u32>());
+    u64::from(width) * u64::from(height) * pixel
+}
+
 fn column<T: Clone>(pixels: usize, value: T) -> Result<Vec<T>, TryReserveError> {
     let mut column = Vec::new();
     column.try_reserve_exact(pixels)?;

@@ -12,6 +12,7 @@ mod tile;
 pub use crate::io::{AovSet, Picture};
 pub use camera::RayGenerator;
 pub use config::{Grid, RenderConfig, TileOrder};
+pub use film::bytes as picture_bytes;
 pub use frames::FrameMemory;
 pub use progress::Progress;
 pub use sampler::sample_position;

@@ -256,7 +256,7 @@ impl Tile<'_> {
         }
         let share = 1.0 / self.samples() as f32;
         for pixel in color.iter_mut() {
-            *pixel = pixel.map(|c| c * share);
+            *pixel = pixel.map(|c| radiance(c * share));
         }
         (self.on_tile)(FinishedTile {
             x: self.corner.0,
@@ -392,6 +392,12 @@ impl Tile<'_> {
         let (x, y) = self.place(row);
         y * self.config.width + x
     }
+}
+
+/// Returns a radiance that is neither negative, infinite nor NaN: what overflows f32 becomes
+/// its largest number, and what such an overflow leaves undefined is black.
+fn radiance(c: f32) -> f32 {
+    if c >= 0.0 { c.min(f32::MAX) } else { 0.0 }
 }
 
 /// A pixel's position relative to the tile's corner, and its row of the film.

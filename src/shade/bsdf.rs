@@ -104,12 +104,13 @@ fn schlick<L: Lanes<Scalar = f32>>(cos: L) -> L {
     c2 * c2 * c
 }
 
-/// Returns the reflectance at normal incidence.
+/// Returns the reflectance at normal incidence, at most 1: above that, Schlick's term would
+/// fall towards grazing angles, and below the lobe would be less than nothing.
 fn base_reflectance(material: &Material, metallic: f32) -> Rgb {
     let r = (material.ior - 1.0) / (material.ior + 1.0);
     material
         .base_color
-        .map(|c| r * r * (1.0 - metallic) + c * metallic)
+        .map(|c| (r * r * (1.0 - metallic) + c * metallic).min(1.0))
 }
 
 /// Union of what a scene's materials do; a false flag lets the integrator skip that
@@ -187,7 +188,9 @@ pub fn sample_bsdf(material: &Material, normal: DVec3, incoming: DVec3, front: b
                     mirror: some(mirrored, [fresnel; 3]),
                     refract: some(
                         dir,
-                        material.base_color.map(|c| c * clear * (1.0 - fresnel)),
+                        material
+                            .base_color
+                            .map(|c| c.min(1.0) * clear * (1.0 - fresnel)),
                     ),
                 },
                 None if clear > 0.0 => BsdfSample {
@@ -252,6 +255,23 @@ mod tests {
         let (dir, weight) = out.refract.unwrap();
         assert_eq!(dir, -DVec3::Y);
         assert!((weight[0] - 0.96).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_base_colour_above_1_makes_no_light_and_no_darkness() {
+        let bright = Material::metallic_roughness([10.0, 1e38, 1.0], 0.5, 0.5);
+        for x in [0.0, 0.5, 0.9, 0.999] {
+            let towards = DVec3::new(x, (1.0 - x * x).sqrt(), 0.0);
+            let out = DVec3::new(-x, (1.0 - x * x).sqrt(), 0.0);
+            let all = reflected(&bright, DVec3::Y, out, towards, [1.0; 3]);
+            assert!(all.iter().all(|c| *c >= 0.0 && c.is_finite()), "{all:?}");
+        }
+        let glass = Material {
+            transmission: 1.0,
+            ..Material::metallic_roughness([1e38; 3], 0.0, 0.0)
+        };
+        let out = sample_bsdf(&glass, DVec3::Y, -DVec3::Y, true);
+        assert!(out.refract.unwrap().1[0] <= 1.0);
     }
 
     #[test]

@@ -174,6 +174,13 @@ fn wrong_arguments() {
             "two outputs",
         ),
         (vec!["verify"], "<SCENE>"),
+        (vec!["render", ""], "a value is required for '[SCENE]'"),
+        (vec!["verify", ""], "a value is required for '<SCENE>'"),
+        (vec!["plan", ""], "a value is required for '[SCENE]'"),
+        (
+            vec!["bench", "x.toml", "--accels", "bvh,kd,bvh"],
+            "'bvh' is named twice",
+        ),
         (vec!["verify", "x.toml", "--sample", "0"], "--sample"),
         (vec!["verify", "x.toml", "--seed", "1"], "--adversarial"),
         (
@@ -237,6 +244,83 @@ fn options_that_a_command_does_not_use() {
     }
     let used = ["verify", "x.toml", "--max-depth", "1"];
     fails(&used, 3, "x.toml");
+}
+
+/// Ids of pictures can be told from the file.
+#[test]
+fn ids_have_names() {
+    let folder = folder();
+    let scene = "format = 1\n[material.red]\n[shape.ball]\n\
+                 sphere = { center = [0, 0, 0], radius = 1 }\n\
+                 [node.pair]\nchildren = [{ shape = \"ball\" }, { shape = \"ball\", material = \"red\" }]\n\
+                 [[instance]]\nshape = \"ball\"\n[[instance]]\nnode = \"pair\"\n";
+    fs::write(folder.path().join("s.toml"), scene).unwrap();
+    let plan = lanecast(folder.path(), &["plan", "s.toml", "--json", "-"]);
+    let render = ["render", "s.toml", "--size", "4x4", "--stats", "-"];
+    let render = lanecast(folder.path(), &render);
+    for output in [plan, render] {
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let all = json["instance_names"].as_array().unwrap();
+        assert_eq!(all.len(), 3);
+        assert_eq!(all[0]["path"], serde_json::json!([0]));
+        let last = serde_json::json!({
+            "id": 2, "path": [1, 1], "nodes": ["pair"], "shape": "ball", "kind": "sphere",
+            "material": "red"
+        });
+        assert_eq!(all[2], last);
+    }
+    // Too many to list.
+    let mut many = scene.to_string();
+    for _ in 0..10_000 {
+        many += "[[instance]]\nshape = \"ball\"\n";
+    }
+    fs::write(folder.path().join("s.toml"), many).unwrap();
+    let plan = lanecast(folder.path(), &["plan", "s.toml", "--json", "-"]);
+    let json: serde_json::Value = serde_json::from_slice(&plan.stdout).unwrap();
+    assert!(
+        json["instance_names"]
+            .as_str()
+            .unwrap()
+            .contains("the number of instances before it")
+    );
+}
+
+/// Names in a file may hold what a terminal obeys.
+#[test]
+fn control_characters_never_reach_the_terminal() {
+    let ball = |radius: u32| {
+        format!(
+            "format = 1\n[shape.\"x\\u001b[2J\\u0007\\nerror: fake\"]\n\
+             sphere = {{ center = [0, 0, 0], radius = {radius} }}\n\
+             [shape.\"y\\u001b\\nz\"]\nunion = [\"x\\u001b[2J\\u0007\\nerror: fake\"]\n\
+             [[instance]]\nshape = \"y\\u001b\\nz\"\n"
+        )
+    };
+    let gltf = "{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"byteLength\":36,\
+                \"uri\":\"../\\u001b[2J\\u0007\\nerror: fake\"}],\"nodes\":[{}]}";
+    for (name, text, code) in [
+        ("bad.toml", ball(0), 3),
+        ("good.toml", ball(1), 0),
+        ("s.gltf", gltf.to_string(), 3),
+    ] {
+        let folder = folder();
+        fs::write(folder.path().join(name), text).unwrap();
+        for arguments in [
+            vec!["plan", name],
+            vec!["probe", name, "--org", "0,0,5", "--dir", "0,0,-1"],
+        ] {
+            let output = lanecast(folder.path(), &arguments);
+            assert_eq!(output.status.code(), Some(code), "{}", stderr(&output));
+            let said = format!("{}{}", stdout(&output), stderr(&output));
+            let raw = |c: char| c.is_control() && c != '\n';
+            assert!(!said.contains(raw), "{said:?}");
+            assert!(!said.contains("\nerror: fake"), "{said}");
+            assert!(
+                !said.contains("y\nz") && !said.contains("\\u{1b}\nz"),
+                "{said}"
+            );
+        }
+    }
 }
 
 #[test]

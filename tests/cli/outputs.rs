@@ -11,6 +11,8 @@ fn outputs_that_cannot_be_written() {
     fails(&small(&["--stats", "none/s.json"]), 4, "create it first");
     fails(&small(&["--json", "none/s.json"]), 4, "create it first");
     fails(&small(&["-o", "/"]), 2, "known are");
+    fails(&small(&["-o", "x.png/"]), 4, "ends in '/'");
+    fails(&small(&["--json", "x/"]), 4, "ends in '/'");
     let folder = folder();
     fs::create_dir(folder.path().join("x.png")).unwrap();
     let output = lanecast(folder.path(), &small(&["-o", "x.png", "--stats", "s"]));
@@ -30,6 +32,61 @@ fn outputs_that_cannot_be_written() {
             "/dev/full",
         );
     }
+}
+
+/// Beyond the limit of the shell: an error of writing, and nothing left.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_file_beyond_the_limit_of_size() {
+    let folder = folder();
+    let output = Command::new("sh")
+        .current_dir(folder.path())
+        .args(["-c", r#"ulimit -f 1 && exec "$0" "$@""#])
+        .arg(env!("CARGO_BIN_EXE_lanecast"))
+        .args(["render", "--size", "200x100", "-o", "x.exr"])
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(4), "{output:?}");
+    assert!(stderr(&output).contains("x.exr: cannot be written"));
+    assert!(names(folder.path()).is_empty());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_to_nothing_is_followed() {
+    let folder = folder();
+    std::os::unix::fs::symlink("y.png", folder.path().join("x.png")).unwrap();
+    let output = lanecast(folder.path(), &small(&["-o", "x.png"]));
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert_eq!(names(folder.path()), ["x.png", "y.png"]);
+    let about = fs::symlink_metadata(folder.path().join("x.png")).unwrap();
+    assert!(about.is_symlink());
+}
+
+/// The next run that writes there removes them.
+#[cfg(target_os = "linux")]
+#[test]
+fn what_a_killed_run_leaves_is_swept() {
+    let folder = folder();
+    let arguments = ["render", "--frames", "2000", "--size", "8x8", "-o", "x.png"];
+    let mut child = Command::new(env!("CARGO_BIN_EXE_lanecast"))
+        .current_dir(folder.path())
+        .args(arguments)
+        .spawn()
+        .unwrap();
+    wait_for("a frame", || {
+        let frame = |name: &String| {
+            let about = fs::metadata(folder.path().join(name));
+            about.is_ok_and(|about| about.len() > 0)
+        };
+        names(folder.path()).iter().any(frame)
+    });
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(!names(folder.path()).is_empty());
+    let output = lanecast(folder.path(), &small(&["-o", "x.png"]));
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert_eq!(names(folder.path()), ["x.png"]);
 }
 
 #[cfg(unix)]
@@ -242,6 +299,30 @@ fn interrupted_within_a_ray() {
     let arguments = ["render", "deep.toml", "--size", "8x8", "-o", "x.png"];
     interrupt("-TERM", &arguments, folder.path(), || (), NOTHING);
     assert_eq!(names(folder.path()), ["deep.toml"]);
+}
+
+/// Commands whose work cannot be cancelled end at once.
+#[cfg(unix)]
+#[test]
+fn interrupted_commands_that_only_read() {
+    let folder = folder();
+    let mut balls =
+        "format = 1\n[shape.a]\nsphere = { center = [0, 0, 0], radius = 1 }\n".to_string();
+    for x in 0..300_000 {
+        balls +=
+            &format!("[[instance]]\nshape = \"a\"\ntransform = [{{ translate = [{x}, 0, 0] }}]\n");
+    }
+    fs::write(folder.path().join("s.toml"), balls).unwrap();
+    for arguments in [
+        vec!["plan", "s.toml", "--json", "x"],
+        vec![
+            "probe", "s.toml", "--org", "0,0,0", "--dir", "1,0,0", "--json", "x",
+        ],
+        vec!["export", "s.toml", "--pov", "x"],
+    ] {
+        interrupt("-INT", &arguments, folder.path(), || (), NOTHING);
+        assert_eq!(names(folder.path()), ["s.toml"]);
+    }
 }
 
 /// Until the process listens for signals: its thread for them tells, by its name.

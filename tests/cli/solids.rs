@@ -214,7 +214,7 @@ fn plan_says_what_stands_at_one_place() {
 #[test]
 fn plan_shows_csg() {
     let report = plan(PART);
-    let rows = report["CSG solids"].as_array().unwrap();
+    let rows = report["csg_solids"].as_array().unwrap();
     assert_eq!(rows.len(), 1);
     let row = &rows[0];
     assert_eq!(

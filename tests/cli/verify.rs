@@ -101,6 +101,33 @@ fn one_precision_alone_and_the_same_rays_again() {
     );
 }
 
+/// The words of the table are explained, and hits at the origin of a ray do not make the
+/// errors of all others look large.
+#[test]
+fn the_table_explains_itself() {
+    let output = verify(&["--adversarial", "5000", "--precision", "fast"]);
+    let said = String::from_utf8(output.stdout).unwrap();
+    for line in [
+        "\nreplay: the reference answers the same rays",
+        "\nindependent: the reference traces its own rays",
+        "hits are not in t ulps",
+    ] {
+        assert!(said.contains(line), "{said}");
+    }
+    let report = json(&verify(&["--adversarial", "5000", "--json", "-"]));
+    for mode in report["modes"].as_array().unwrap() {
+        let aimed = &mode["adversarial"];
+        assert!(aimed["t_ulps"]["max"].as_f64().unwrap() < 1e12, "{aimed}");
+        assert!(aimed["without_ulps"].is_u64());
+    }
+    let help = Command::new(env!("CARGO_BIN_EXE_lanecast"))
+        .args(["verify", "--help"])
+        .output()
+        .unwrap();
+    let help = String::from_utf8(help.stdout).unwrap();
+    assert!(help.contains("replay: ") && help.contains("independent: "));
+}
+
 #[test]
 fn scenes_are_verified_where_they_are_moved_to() {
     let moved = [

@@ -7,6 +7,7 @@ mod common;
 mod found_gltf;
 mod found_meshes;
 mod io_bad;
+mod limits;
 mod native;
 mod native_bad;
 mod nff;

@@ -70,6 +70,13 @@ pub struct RenderArgs {
 }
 
 #[derive(Args)]
+#[command(
+    after_help = "replay: the reference answers the same rays that the mode traced.\n\
+                  independent: the reference traces its own rays from the camera and to the lights, \
+                  which also shows lost and leaked light.\n\
+                  adversarial: the reference answers the rays of --adversarial.\n\
+                  The time of a ray is the least of at least two runs after one that is not timed."
+)]
 pub struct VerifyArgs {
     /// .toml, .json, .gltf, .glb, .nff, .obj, .ply or .stl
     pub scene: PathBuf,

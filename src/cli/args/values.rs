@@ -215,11 +215,15 @@ pub fn parse_order(text: &str) -> Result<Order, String> {
 }
 
 pub fn parse_accels(text: &str) -> Result<BenchAccels, String> {
-    let accels: Result<Vec<AccelChoice>, String> = text
-        .split(',')
-        .map(|name| parse_accel(name.trim()).map_err(|why| format!("'{name}': {why}")))
-        .collect();
-    Ok(BenchAccels(accels?))
+    let mut accels = Vec::new();
+    for name in text.split(',') {
+        let accel = parse_accel(name.trim()).map_err(|why| format!("'{name}': {why}"))?;
+        if accels.contains(&accel) {
+            return Err(format!("'{name}' is named twice; name each once"));
+        }
+        accels.push(accel);
+    }
+    Ok(BenchAccels(accels))
 }
 
 pub fn parse_caching(text: &str) -> Result<Caching, String> {

@@ -25,7 +25,7 @@ use crate::measure::{Stats, Watch};
 use crate::plan::LaneCount;
 use crate::render::RenderConfig;
 use crate::scene::{Edge, MeshData, Scene, SceneBuilder};
-use report::Report;
+use report::{Origin, Report};
 use std::path::{Path, PathBuf};
 use work::Work;
 
@@ -115,7 +115,12 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
     stats.stages.push(watch.stage("bench"));
     stats.finish();
     let structures = work.index_stats();
+    let scene = args.scene.as_ref().or(args.mesh.as_ref());
     let report = Report {
+        origin: Origin::now(
+            scene.map(|path| path.display().to_string()),
+            [config.width, config.height],
+        ),
         build_seconds: structures[0].build_seconds,
         tree_bytes: structures[0].tree_bytes,
         triangles: stats.scene.triangles,

@@ -8,6 +8,8 @@ use serde::Serialize;
 /// The value that `--json` writes.
 #[derive(Serialize)]
 pub struct Report {
+    #[serde(flatten)]
+    pub origin: Origin,
     /// Figures of the first structure.
     pub build_seconds: f64,
     pub tree_bytes: usize,
@@ -21,6 +23,67 @@ pub struct Report {
     pub results: Vec<Row>,
     /// Our contenders beside the baseline's; empty without one.
     pub comparisons: Vec<Comparison>,
+}
+
+/// What the figures were measured with, so that they can be measured again.
+#[derive(Serialize)]
+pub struct Origin {
+    /// The file; null without one.
+    pub scene: Option<String>,
+    /// Width and height of the camera's picture, in pixels.
+    pub size: [u32; 2],
+    pub arguments: Vec<String>,
+    pub version: &'static str,
+    /// The variable LANECAST_COMMIT at the time of the build; null without it.
+    pub commit: Option<&'static str>,
+    /// The processor's name; null where the system does not tell.
+    pub processor: Option<String>,
+    /// Day and time, in UTC.
+    pub date: String,
+}
+
+impl Origin {
+    /// Collects what is known of this run.
+    pub fn now(scene: Option<String>, size: [u32; 2]) -> Origin {
+        let arguments = std::env::args_os().skip(1);
+        Origin {
+            scene,
+            size,
+            arguments: arguments.map(|a| a.to_string_lossy().into()).collect(),
+            version: env!("CARGO_PKG_VERSION"),
+            commit: option_env!("LANECAST_COMMIT"),
+            processor: processor(),
+            date: date(std::time::SystemTime::now()),
+        }
+    }
+}
+
+/// Returns the processor's name as Linux tells it.
+fn processor() -> Option<String> {
+    let told = std::fs::read_to_string("/proc/cpuinfo").ok()?;
+    let line = told.lines().find(|line| line.starts_with("model name"))?;
+    Some(line.split_once(':')?.1.trim().into())
+}
+
+/// Formats a time of day in UTC as `2026-01-31T23:59:59Z`, by H. Hinnant's
+/// `civil_from_days`.
+fn date(time: std::time::SystemTime) -> String {
+    let since = time.duration_since(std::time::UNIX_EPOCH);
+    let seconds = since.unwrap_or_default().as_secs();
+    let days = seconds / 86_400 + 719_468;
+    let (era, day) = (days / 146_097, days % 146_097);
+    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
+    let of_year = day - (365 * year + year / 4 - year / 100);
+    // Years begin in March.
+    let month = (5 * of_year + 2) / 153;
+    let (day, month, late) = (
+        of_year - (153 * month + 2) / 5 + 1,
+        (month + 2) % 12 + 1,
+        u64::from(month >= 10),
+    );
+    let (year, seconds) = (year + era * 400 + late, seconds % 86_400);
+    let (hour, minute, second) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
+    format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}Z")
 }
 
 impl Report {
@@ -158,4 +221,20 @@ pub fn growth_table(growth: &Growth) -> String {
         );
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::date;
+    use std::time::{Duration, UNIX_EPOCH};
+
+    #[test]
+    fn dates_are_those_of_the_calendar() {
+        let at = |seconds| date(UNIX_EPOCH + Duration::from_secs(seconds));
+        assert_eq!(at(0), "1970-01-01T00:00:00Z");
+        assert_eq!(at(951_782_400), "2000-02-29T00:00:00Z");
+        assert_eq!(at(951_868_799), "2000-02-29T23:59:59Z");
+        assert_eq!(at(1_735_689_599), "2024-12-31T23:59:59Z");
+        assert_eq!(at(4_107_542_400), "2100-03-01T00:00:00Z");
+    }
 }

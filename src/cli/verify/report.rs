@@ -128,9 +128,19 @@ impl Report {
         }
         let _ = writeln!(
             text,
-            "\nt ulps: median error of t in units in the last place of the mode's numbers\n\
+            "\nreplay: the reference answers the same rays that the mode traced\n\
+             independent: the reference traces its own rays from the camera and to the lights\n\
+             t ulps: median error of t in units in the last place of the mode's numbers\n\
              exactly: pairs of a ray and a primitive decided by exact arithmetic, per ray\n"
         );
+        let without: u64 = self.modes.iter().map(Mode::without_ulps).sum();
+        if without > 0 {
+            let _ = writeln!(
+                text,
+                "{without} hits are not in t ulps: their t is 0 but for the origin's rounding, or \
+                 outside the range of the mode's numbers\n"
+            );
+        }
         for mode in &self.modes {
             let (name, lanes) = (mode.precision.name(), mode.lanes);
             let _ = writeln!(
@@ -188,6 +198,12 @@ fn row(text: &mut String, names: [&str; 2], of: &Comparison, cost: Option<(f64, 
 }
 
 impl Mode {
+    fn without_ulps(&self) -> u64 {
+        let aimed = self.adversarial.as_ref();
+        let aimed = aimed.map_or(0, |a| a.compared.counts.without_ulps);
+        self.replayed.counts.without_ulps + self.own.counts.without_ulps + aimed
+    }
+
     fn check(&self, allowed: Option<u64>) -> Result<(), String> {
         let differing = self.widths.count;
         if differing > 0 {

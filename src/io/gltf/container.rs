@@ -10,6 +10,7 @@ use crate::shared::messages::{json_fault, one_line};
 use crate::shared::text::decode;
 use gltf::json::Root;
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 use serde_json::Value;
 use std::borrow::Cow;
 use std::path::Path;
@@ -194,6 +195,7 @@ pub(super) fn parse(path: &Path, json: &[u8]) -> Result<Document, LoadError> {
         let what = format!("the required extension '{}'", one_line(name));
         return Err(unsupported(path, &what, "export the file without it"));
     }
+    check_counts(path, json)?;
     let nodes: Nodes = serde_json::from_slice(json).map_err(syntax)?;
     let (root, unread) = match serde_json::from_slice::<Root>(json) {
         Ok(root) => {
@@ -212,6 +214,65 @@ pub(super) fn parse(path: &Path, json: &[u8]) -> Result<Document, LoadError> {
         placements: nodes.nodes,
         unread,
     })
+}
+
+/// Number of nodes, materials and the like that a file of any size may have, and the bytes
+/// that justify one more. Each takes up to a kilobyte, and may be two bytes in the file.
+const FREE_OBJECTS: usize = 1 << 20;
+const BYTES_AN_OBJECT: usize = 32;
+
+/// Refuses files with more objects than their size justifies, before any is kept.
+fn check_counts(path: &Path, json: &[u8]) -> Result<(), LoadError> {
+    /// Lists whose items are counted and not kept.
+    #[derive(Default, Deserialize)]
+    #[serde(default, rename_all = "camelCase")]
+    struct Lists {
+        accessors: Vec<IgnoredAny>,
+        animations: Vec<IgnoredAny>,
+        buffers: Vec<IgnoredAny>,
+        buffer_views: Vec<IgnoredAny>,
+        cameras: Vec<IgnoredAny>,
+        images: Vec<IgnoredAny>,
+        materials: Vec<IgnoredAny>,
+        meshes: Vec<IgnoredAny>,
+        nodes: Vec<IgnoredAny>,
+        samplers: Vec<IgnoredAny>,
+        scenes: Vec<IgnoredAny>,
+        skins: Vec<IgnoredAny>,
+        textures: Vec<IgnoredAny>,
+    }
+    // What is malformed here has its message from the full parse.
+    let lists: Lists = serde_json::from_slice(json).unwrap_or_default();
+    let counts = [
+        ("accessors", lists.accessors.len()),
+        ("animations", lists.animations.len()),
+        ("buffers", lists.buffers.len()),
+        ("bufferViews", lists.buffer_views.len()),
+        ("cameras", lists.cameras.len()),
+        ("images", lists.images.len()),
+        ("materials", lists.materials.len()),
+        ("meshes", lists.meshes.len()),
+        ("nodes", lists.nodes.len()),
+        ("samplers", lists.samplers.len()),
+        ("scenes", lists.scenes.len()),
+        ("skins", lists.skins.len()),
+        ("textures", lists.textures.len()),
+    ];
+    let most = FREE_OBJECTS + json.len() / BYTES_AN_OBJECT;
+    let all: usize = counts.iter().map(|(_, count)| count).sum();
+    let largest = counts.iter().max_by_key(|(_, count)| *count);
+    match largest {
+        Some((place, count)) if all > most => Err(LoadError::Invalid {
+            path: path.into(),
+            place: (*place).into(),
+            message: format!(
+                "{count} are more than the size of the file justifies; a file of {} bytes may have \
+                 {most} objects in all",
+                json.len()
+            ),
+        }),
+        _ => Ok(()),
+    }
 }
 
 /// Parses the document without the parts that are not imported, and with an empty list of

@@ -38,15 +38,23 @@ pub(super) fn import(
     let order = parents_first(file, &roots);
     let placed = Placed::new(file, placements, (&parents, &order), report)?;
 
-    // Cameras and lights, parents before children.
-    for node in order.iter().map(|n| *n as usize) {
-        if placed.vanished[node] {
-            continue;
-        }
+    // Lights, parents before children; cameras as the file lists them.
+    let there = || order.iter().filter(|n| !placed.vanished[**n as usize]);
+    for node in there()
+        .map(|n| *n as usize)
+        .filter(|n| !placed.invisible[*n])
+    {
+        light(file, node, &placed.world[node], scene, report)?;
+    }
+    let number = |n: u32| {
+        file.root.nodes[n as usize]
+            .camera
+            .map(|camera| camera.value())
+    };
+    let mut seen: Vec<u32> = there().copied().filter(|n| number(*n).is_some()).collect();
+    seen.sort_unstable_by_key(|n| (number(*n), *n));
+    for node in seen.into_iter().map(|n| n as usize) {
         camera(file, node, &placed.world[node], scene, report)?;
-        if !placed.invisible[node] {
-            light(file, node, &placed.world[node], scene, report)?;
-        }
     }
 
     let mut meshes = Meshes {

@@ -29,6 +29,9 @@ pub(super) struct Offsets {
     materials: Vec<usize>,
     lights: Vec<usize>,
     cameras: Vec<usize>,
+    /// Those of the shapes that they belong to.
+    meshes: Vec<usize>,
+    background: Option<usize>,
 }
 
 impl Offsets {
@@ -41,7 +44,8 @@ impl Offsets {
             EntityKind::Material => &self.materials,
             EntityKind::Light => &self.lights,
             EntityKind::Camera => &self.cameras,
-            EntityKind::Mesh | EntityKind::Background => return None,
+            EntityKind::Mesh => &self.meshes,
+            EntityKind::Background => return self.background,
         };
         column.get(what.row as usize).copied()
     }
@@ -56,7 +60,8 @@ pub(super) fn lower(
 ) -> Result<Offsets> {
     let mut at = Offsets::default();
     if let Some(background) = file.background {
-        scene.background(background);
+        scene.background(background.value);
+        at.background = Some(background.at);
     }
     if let Some(row) = file.camera {
         scene.camera("", camera(source, &row)?);
@@ -70,16 +75,32 @@ pub(super) fn lower(
     let mut materials = HashMap::with_capacity(rows.len());
     for (name, row) in rows {
         at.materials.push(name.at);
+        if row
+            .base_color
+            .is_some_and(|color| color.iter().any(|c| *c > 1.0))
+        {
+            report.add("part of a base_color above 1");
+        }
         let id = scene.material(&name.value, material(source, &row)?);
         materials.insert(name.value, id);
     }
     let Named(rows) = file.shape.unwrap_or_default();
     let mut shapes: HashMap<String, ShapeId> = HashMap::with_capacity(rows.len());
     let mut csg_solids = Vec::new();
+    let mut files = lower_shape::MeshFiles::new(source, options);
     for (name, row) in rows {
-        let id = lower_shape::shape(source, &name, row, options, scene, report, &mut csg_solids)?;
+        let id = lower_shape::shape(
+            source,
+            &name,
+            row,
+            &mut files,
+            scene,
+            report,
+            &mut csg_solids,
+        )?;
         // A clipped solid is three of them.
         at.shapes.resize(scene.tables().shapes.len(), name.at);
+        at.meshes.resize(scene.tables().meshes.len(), name.at);
         shapes.insert(name.value, id);
     }
     let groups = file.node.unwrap_or_default();
@@ -385,7 +406,10 @@ fn material(source: &Source, row: &schema::Material) -> Result<Material> {
         }
     }
     Ok(Material {
-        base_color: row.base_color.unwrap_or(usual.base_color),
+        // No surface reflects more than it gets.
+        base_color: row
+            .base_color
+            .map_or(usual.base_color, |color| color.map(|c| c.min(1.0))),
         emission: row.emission.unwrap_or(usual.emission),
         transmission: row.transmission.unwrap_or(usual.transmission),
         ior: row.ior.map_or(usual.ior, |ior| ior.value as f32),

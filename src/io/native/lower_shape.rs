@@ -7,16 +7,36 @@ use super::schema;
 use super::source_spans::At;
 use super::tree::{Source, quoted};
 use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Prism, Quadric, Sphere, hull};
-use crate::scene::{SceneBuilder, ShapeId};
+use crate::scene::{MeshId, SceneBuilder, Shape, ShapeId};
 use crate::shared::merge_meshes::{MESH_FORMATS, import_with_materials, names_mesh};
 use crate::{Folder, ImportReport, LoadError, LoadOptions};
 use glam::{DVec2, DVec3};
+use std::collections::HashMap;
+use std::path::PathBuf;
+
+/// The mesh files that are read already, each once: with the mesh of the scene for the file
+/// as it is, and for the file as an open surface.
+pub(super) struct MeshFiles {
+    folder: Folder,
+    options: LoadOptions,
+    known: HashMap<PathBuf, [Option<MeshId>; 2]>,
+}
+
+impl MeshFiles {
+    pub(super) fn new(source: &Source, options: &LoadOptions) -> MeshFiles {
+        MeshFiles {
+            folder: Folder::new(source.path, options),
+            options: options.clone(),
+            known: HashMap::new(),
+        }
+    }
+}
 
 pub(super) fn shape(
     source: &Source,
     name: &At<String>,
     row: schema::Shape,
-    options: &LoadOptions,
+    files: &mut MeshFiles,
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
     csg_solids: &mut Vec<Declared>,
@@ -122,7 +142,7 @@ pub(super) fn shape(
         at: 0,
         value: String::new(),
     });
-    mesh(source, name, &file, open, options, scene, report)
+    mesh(source, name, &file, open, files, scene, report)
 }
 
 /// For messages: with its article.
@@ -176,12 +196,11 @@ fn mesh(
     name: &str,
     file: &At<String>,
     open: bool,
-    options: &LoadOptions,
+    files: &mut MeshFiles,
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
 ) -> Result<ShapeId, LoadError> {
-    let folder = Folder::new(source.path, options);
-    let path = folder.resolve(&file.value).map_err(|e| match e {
+    let path = files.folder.resolve(&file.value).map_err(|e| match e {
         LoadError::Read { source: why, .. } => {
             let message = format!(
                 "the mesh file {} cannot be read: {why}",
@@ -201,7 +220,15 @@ fn mesh(
     if !names_mesh(&path) {
         return refuse(format!("is of no known format; known are {MESH_FORMATS}"));
     }
-    let mut data = import_with_materials(&path, options, scene, report)?;
+    let known = files.known.get(&path).and_then(|of| of[usize::from(open)]);
+    if let Some(mesh) = known {
+        return Ok(scene.mesh_again(name, mesh));
+    }
+    let mut data = import_with_materials(&path, &files.options, scene, report)?;
     data.open |= open;
-    Ok(scene.mesh(name, &data))
+    let shape = scene.mesh(name, &data);
+    if let Shape::Mesh(mesh) = scene.tables().shapes.row(shape) {
+        files.known.entry(path).or_default()[usize::from(open)] = Some(mesh);
+    }
+    Ok(shape)
 }

@@ -21,6 +21,7 @@ mod rotate;
 mod schema;
 mod schema_polynomial;
 mod source_spans;
+mod toml_tables;
 mod tree;
 
 use crate::scene::{Entity, SceneBuilder};
@@ -57,6 +58,7 @@ pub(super) fn import(
         Syntax::Json => read_json::read(&source)?,
     };
     check_version(&source, &root)?;
+    check_camera(&source, &root)?;
     let file =
         schema::File::deserialize(root).map_err(|e| source.error(e.at.unwrap_or(0), e.message))?;
     let at = lower::lower(&source, file, options, scene, report)?;
@@ -64,6 +66,35 @@ pub(super) fn import(
         text: text.to_string(),
         at,
     })
+}
+
+/// Checks that there is one camera, which is a likely mistake, for lights and instances are
+/// many and materials have names.
+fn check_camera(source: &Source, root: &Value) -> Result<(), LoadError> {
+    let Kind::Table(entries) = &root.kind else {
+        return Ok(());
+    };
+    let Some((_, camera)) = entries.iter().find(|(key, _)| key.name == "camera") else {
+        return Ok(());
+    };
+    let wrong = match &camera.kind {
+        Kind::List(list) => list
+            .first()
+            .map(|first| (first.at, "cameras are in a list")),
+        Kind::Table(entries) => entries
+            .iter()
+            .find(|(_, value)| matches!(value.kind, Kind::Table(_)))
+            .map(|(key, _)| (key.at, "a camera has a name")),
+        _ => None,
+    };
+    match wrong {
+        Some((at, how)) => {
+            let message =
+                format!("{how}; a scene of this format has one camera, written as [camera]");
+            Err(source.error(at, message))
+        }
+        None => Ok(()),
+    }
 }
 
 /// The places of a scene's entities in its file, for errors of the scene's own check.

@@ -32,7 +32,7 @@ pub struct File {
     #[schemars(range(min = 1, max = 1))]
     pub _format: u32,
     /// Radiance where a ray meets nothing; black if absent.
-    pub background: Option<Color>,
+    pub background: Option<At<Color>>,
     /// Without a camera the scene gets a view that frames it.
     pub camera: Option<At<Camera>>,
     /// Without lights the scene gets a headlight.
@@ -105,7 +105,7 @@ pub struct DirectionalLight {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Material {
-    /// Linear Rec. 709; 0.6 grey if absent.
+    /// Linear Rec. 709; 0.6 grey if absent. More than 1 counts as 1.
     pub base_color: Option<Color>,
     /// 0 (dielectric) to 1 (metal); 0 if absent.
     pub metallic: Option<f32>,

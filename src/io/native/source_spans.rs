@@ -87,10 +87,43 @@ impl de::Error for DecodeError {
     }
 }
 
-/// Reports an unknown name, with the most similar known one, or else all known ones.
+/// Words of other programs, and what this format has instead: one of its keys, or a remedy.
+const FOREIGN: [(&str, &str); 18] = [
+    ("extrude", "prism"),
+    ("linear_extrude", "prism"),
+    ("extrusion", "prism"),
+    ("cube", "box"),
+    ("cuboid", "box"),
+    ("plane", "half_space"),
+    ("triangles", "mesh"),
+    ("spot", "point"),
+    ("sun", "directional"),
+    ("distant", "directional"),
+    ("color", "base_color"),
+    ("colour", "base_color"),
+    ("albedo", "base_color"),
+    ("diffuse", "base_color"),
+    ("emissive", "emission"),
+    ("lights", "light"),
+    ("cameras", "camera"),
+    ("ambient", AMBIENT),
+];
+
+const AMBIENT: &str = "there is no ambient light; give materials an 'emission', the scene a \
+                       'background', or add a light";
+
+/// Reports an unknown name, with the known one that is meant or most similar, or else all
+/// known ones. Of values all known ones are listed, since they are few.
 fn unknown(what: &str, name: &str, known: &[&str]) -> String {
     let name_shown = quoted(name);
-    match nearest(name, known.iter().copied()) {
+    let foreign = FOREIGN.iter().find(|(word, _)| *word == name);
+    let meant = match foreign {
+        Some((_, AMBIENT)) => return format!("unknown {what} {name_shown}; {AMBIENT}"),
+        Some((_, ours)) if known.contains(ours) => Some(*ours),
+        _ => None,
+    };
+    let similar = || nearest(name, known.iter().copied()).filter(|_| what != "value");
+    match meant.or_else(similar) {
         Some(like) => format!("unknown {what} {name_shown}; did you mean '{like}'?"),
         None => format!(
             "unknown {what} {name_shown}; known are {}",

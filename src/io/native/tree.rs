@@ -126,7 +126,7 @@ pub(super) fn quoted(name: &str) -> String {
     format!("'{shown}'")
 }
 
-/// Finds the known name most similar to `name`, by Jaro-Winkler similarity of at least 0.6;
+/// Finds the known name most similar to `name`, by Jaro-Winkler similarity of at least 0.75;
 /// the first of equally similar ones.
 pub(super) fn nearest<'n>(name: &str, known: impl Iterator<Item = &'n str>) -> Option<&'n str> {
     // Longer names are not compared, because the comparison is quadratic in length.
@@ -138,7 +138,7 @@ pub(super) fn nearest<'n>(name: &str, known: impl Iterator<Item = &'n str>) -> O
     known
         .filter(|k| k.len() <= LONGEST)
         .map(|k| (strsim::jaro_winkler(&lower, &k.to_lowercase()), k))
-        .filter(|(likeness, _)| *likeness >= 0.6)
+        .filter(|(likeness, _)| *likeness >= 0.75)
         .fold(None, |best: Option<(f64, &str)>, next| match best {
             Some(b) if b.0 >= next.0 => Some(b),
             _ => Some(next),

@@ -6,6 +6,7 @@
 
 pub mod folder;
 pub mod import_report;
+pub mod leftovers;
 pub mod line_column;
 pub mod merge_meshes;
 pub mod mesh_cleanup;

@@ -3,14 +3,18 @@
 //! [`Outputs`] writes each file under a temporary name in its target folder;
 //! [`Outputs::commit`] renames the files when all are complete. `Outputs` that are dropped
 //! before leave nothing behind, and older files of the same names stay as they were. A
-//! write through a symbolic link replaces the link's target. A device or pipe
+//! write through a symbolic link replaces the link's target, or creates it. Files reach the
+//! disk before they get their names, and the names before the commit returns. What a killed
+//! process left in a folder goes with the next commit there (`leftovers.rs`). A device or pipe
 //! (`/dev/stdout`) cannot be renamed over, and what it received cannot be taken back, so
 //! devices are written before any file gets its name ([`Outputs::send`]).
 //!
 //! [`discard_unfinished`] serves a process that must end at once while another thread may
 //! be writing.
 
+use super::leftovers::{prefix, sweep};
 use crate::SaveError;
+use std::collections::BTreeSet;
 use std::fs::{self, File, Metadata, OpenOptions, Permissions};
 use std::io::{Error, ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -65,11 +69,17 @@ impl Outputs {
         Ok(())
     }
 
-    /// Writes what [`Outputs::send`] has not written yet, then renames all files to their
-    /// targets. If a rename fails, new files that were already renamed are removed again;
+    /// Writes what [`Outputs::send`] has not written yet, flushes all files to the disk, and
+    /// renames them to their targets. If a rename fails, new files that were already renamed are removed again;
     /// targets that existed before keep their new content.
     pub fn commit(mut self) -> Result<(), SaveError> {
         self.send()?;
+        self.flush()?;
+        let folders: BTreeSet<PathBuf> = self
+            .files
+            .iter()
+            .map(|file| folder_of(&file.target).into())
+            .collect();
         let mut created = Vec::new();
         for file in self.files {
             if let Err(error) = file.temporary.rename(&file.target) {
@@ -82,9 +92,50 @@ impl Outputs {
                 created.push(file.target);
             }
         }
+        for folder in &folders {
+            // Not every file system can flush a folder, and the names are there.
+            let _ = File::open(folder).and_then(|folder| folder.sync_all());
+            sweep(folder);
+        }
+        Ok(())
+    }
+
+    /// Flushes all files to the disk: each by itself, or whole file systems where files are
+    /// many, since each flush waits for the disk.
+    fn flush(&self) -> Result<(), SaveError> {
+        #[cfg(target_os = "linux")]
+        if self.files.len() > FLUSHED_EACH {
+            use std::os::unix::fs::MetadataExt;
+            let mut devices = BTreeSet::new();
+            for Pending {
+                temporary, target, ..
+            } in &self.files
+            {
+                let device = temporary.opened().and_then(|file| {
+                    let device = file.metadata()?.dev();
+                    if devices.insert(device) {
+                        rustix::fs::syncfs(&file)?;
+                    }
+                    Ok(())
+                });
+                device.map_err(|source| failed(target, source))?;
+            }
+            return Ok(());
+        }
+        for Pending {
+            temporary, target, ..
+        } in &self.files
+        {
+            let flushed = temporary.opened().and_then(|file| file.sync_all());
+            flushed.map_err(|source| failed(target, source))?;
+        }
         Ok(())
     }
 }
+
+/// The greatest number of files that are flushed one by one.
+#[cfg(target_os = "linux")]
+const FLUSHED_EACH: usize = 16;
 
 /// Checks that a file of this name can be written, before long work is done for it. The
 /// answer may be out of date when the file is written.
@@ -109,10 +160,10 @@ pub fn discard_unfinished() -> impl Drop {
 }
 
 /// The temporary files of this process that exist now.
-static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
 /// Locks the list of temporary files, also after a panic of another thread.
-fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
+fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -134,6 +185,10 @@ fn destination(path: &Path) -> Result<Destination, SaveError> {
     if path.file_name().is_none() {
         return refuse("it is not a file name");
     }
+    if path.as_os_str().as_encoded_bytes().last() == Some(&b'/') {
+        return refuse("it ends in '/', as the name of a folder; name a file");
+    }
+    let path = &followed(path).map_err(|e| failed(path, e))?;
     let about: Metadata = match fs::metadata(path) {
         Ok(about) => about,
         Err(e) if e.kind() == ErrorKind::NotFound => {
@@ -168,6 +223,24 @@ fn destination(path: &Path) -> Result<Destination, SaveError> {
     })
 }
 
+/// Follows a symbolic link whose end does not exist; returns any other path as it is.
+fn followed(path: &Path) -> Result<PathBuf, Error> {
+    /// As many as Linux follows.
+    const LINKS: usize = 40;
+    let mut end = path.to_path_buf();
+    for _ in 0..LINKS {
+        let is_link = |about: Metadata| about.is_symlink();
+        if end.exists() || !fs::symlink_metadata(&end).is_ok_and(is_link) {
+            return Ok(end);
+        }
+        end = folder_of(&end).join(fs::read_link(&end)?);
+    }
+    Err(Error::new(
+        ErrorKind::InvalidInput,
+        "it is a symbolic link that leads to itself, or through too many others",
+    ))
+}
+
 /// The folder of a path; the current one for a bare file name.
 fn folder_of(path: &Path) -> &Path {
     path.parent()
@@ -191,13 +264,14 @@ impl Temporary {
         permissions: Option<Permissions>,
     ) -> Result<Temporary, Error> {
         let mut builder = tempfile::Builder::new();
-        builder.prefix(".lanecast-").suffix(".tmp");
+        let prefix = prefix(std::process::id());
+        builder.prefix(&prefix).suffix(".tmp");
         let (mut file, path) = {
             // The lock is held until the file is listed, so that no file escapes
             // `discard_unfinished`.
             let mut unfinished = unfinished();
             let (file, path) = builder.make_in(folder_of(target), create_new)?.into_parts();
-            unfinished.push(path.to_path_buf());
+            unfinished.insert(path.to_path_buf());
             (file, path)
         };
         let temporary = Temporary { path: Some(path) };
@@ -208,13 +282,21 @@ impl Temporary {
         Ok(temporary)
     }
 
+    /// Opens the file again, to flush it: open files are too few to keep one for each.
+    fn opened(&self) -> Result<File, Error> {
+        match &self.path {
+            Some(path) => File::open(path),
+            None => Err(ErrorKind::NotFound.into()),
+        }
+    }
+
     /// Renames the file to `target`.
     fn rename(mut self, target: &Path) -> Result<(), SaveError> {
         let mut unfinished = unfinished();
         let Some(path) = self.path.take() else {
             return Ok(());
         };
-        unfinished.retain(|other| **other != *path);
+        unfinished.remove(&*path);
         path.persist(target).map_err(|e| failed(target, e.error))
     }
 }
@@ -223,7 +305,7 @@ impl Drop for Temporary {
     fn drop(&mut self) {
         if let Some(path) = self.path.take() {
             let mut unfinished = unfinished();
-            unfinished.retain(|other| **other != *path);
+            unfinished.remove(&*path);
             drop(path);
         }
     }
@@ -255,138 +337,4 @@ fn failed(path: &Path, source: Error) -> SaveError {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn names(folder: &Path) -> Vec<String> {
-        let mut names: Vec<String> = fs::read_dir(folder)
-            .unwrap()
-            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-            .collect();
-        names.sort();
-        names
-    }
-
-    #[test]
-    fn nothing_before_the_commit_and_everything_after() {
-        let folder = tempfile::tempdir().unwrap();
-        let (a, b) = (folder.path().join("a"), folder.path().join("b"));
-        fs::write(&b, "old").unwrap();
-        let mut outputs = Outputs::default();
-        outputs.add(&a, b"one".into()).unwrap();
-        outputs.add(&b, b"two".into()).unwrap();
-        assert!(!a.exists());
-        assert_eq!(fs::read(&b).unwrap(), b"old");
-        outputs.commit().unwrap();
-        assert_eq!(fs::read(&a).unwrap(), b"one");
-        assert_eq!(fs::read(&b).unwrap(), b"two");
-        assert_eq!(names(folder.path()), ["a", "b"]);
-    }
-
-    #[test]
-    fn dropped_outputs_leave_nothing() {
-        let folder = tempfile::tempdir().unwrap();
-        let old = folder.path().join("old");
-        fs::write(&old, "as it was").unwrap();
-        let mut outputs = Outputs::default();
-        outputs.add(&old, b"new".into()).unwrap();
-        outputs
-            .add(&folder.path().join("new"), b"new".into())
-            .unwrap();
-        assert_eq!(names(folder.path()).len(), 3);
-        drop(outputs);
-        assert_eq!(names(folder.path()), ["old"]);
-        assert_eq!(fs::read(&old).unwrap(), b"as it was");
-    }
-
-    #[test]
-    fn a_failed_commit_takes_back_what_it_placed() {
-        let folder = tempfile::tempdir().unwrap();
-        let (first, second) = (folder.path().join("first"), folder.path().join("second"));
-        let mut outputs = Outputs::default();
-        outputs.add(&first, b"1".into()).unwrap();
-        outputs.add(&second, b"2".into()).unwrap();
-        // A folder has taken the name since it was checked.
-        fs::create_dir(&second).unwrap();
-        fs::write(second.join("inside"), "").unwrap();
-        assert!(outputs.commit().is_err());
-        assert_eq!(names(folder.path()), ["second"]);
-    }
-
-    #[test]
-    fn refusals_say_why() {
-        let folder = tempfile::tempdir().unwrap();
-        let at = |name: &str| folder.path().join(name);
-        fs::write(at("file"), "").unwrap();
-        fs::write(at("locked"), "").unwrap();
-        let mut locked = fs::metadata(at("locked")).unwrap().permissions();
-        locked.set_readonly(true);
-        fs::set_permissions(at("locked"), locked).unwrap();
-        for (path, why) in [
-            (at("missing").join("x.png"), "does not exist; create it"),
-            (at("file").join("x.png"), ""),
-            (folder.path().into(), "a folder of that name"),
-            (at("locked"), "read-only"),
-            (PathBuf::new(), "not a file name"),
-            (PathBuf::from(".."), "not a file name"),
-        ] {
-            let said = check_writable(&path).unwrap_err().to_string();
-            assert!(said.contains(why), "{said}");
-            let added = Outputs::default().add(&path, vec![1]).unwrap_err();
-            assert_eq!(added.to_string(), said);
-        }
-        assert_eq!(names(folder.path()), ["file", "locked"]);
-    }
-
-    #[test]
-    fn checking_leaves_nothing() {
-        let folder = tempfile::tempdir().unwrap();
-        check_writable(&folder.path().join("x")).unwrap();
-        assert!(names(folder.path()).is_empty());
-    }
-
-    #[test]
-    fn the_list_of_unfinished_files_is_true() {
-        // A call of `discard_unfinished` would disturb other tests of this process.
-        let folder = tempfile::tempdir().unwrap();
-        let mut outputs = Outputs::default();
-        outputs.add(&folder.path().join("x"), vec![0; 9]).unwrap();
-        let here = |list: &[PathBuf]| list.iter().filter(|p| p.starts_with(&folder)).count();
-        assert_eq!(here(&unfinished()), 1);
-        outputs.commit().unwrap();
-        assert_eq!(here(&unfinished()), 0);
-        check_writable(&folder.path().join("y")).unwrap();
-        assert_eq!(here(&unfinished()), 0);
-    }
-
-    #[cfg(unix)]
-    #[test]
-    fn links_permissions_and_devices() {
-        use std::os::unix::fs::{PermissionsExt, symlink};
-        let folder = tempfile::tempdir().unwrap();
-        let (file, link) = (folder.path().join("file"), folder.path().join("link"));
-        fs::write(&file, "old").unwrap();
-        fs::set_permissions(&file, Permissions::from_mode(0o640)).unwrap();
-        symlink(&file, &link).unwrap();
-        let mut outputs = Outputs::default();
-        outputs.add(&link, b"new".into()).unwrap();
-        outputs.add(Path::new("/dev/null"), vec![0; 99]).unwrap();
-        outputs.commit().unwrap();
-        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
-        assert_eq!(fs::read(&file).unwrap(), b"new");
-        assert_eq!(
-            fs::metadata(&file).unwrap().permissions().mode() & 0o777,
-            0o640
-        );
-        assert!(!fs::metadata("/dev/null").unwrap().is_file());
-
-        let full = Path::new("/dev/full");
-        if full.exists() {
-            let mut outputs = Outputs::default();
-            outputs.add(&folder.path().join("with"), vec![1]).unwrap();
-            outputs.add(full, vec![0; 99]).unwrap();
-            assert!(outputs.commit().is_err());
-            assert_eq!(names(folder.path()), ["file", "link"]);
-        }
-    }
-}
+mod tests;

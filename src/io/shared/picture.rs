@@ -69,8 +69,8 @@ pub struct Picture {
     pub albedo: Option<Vec<[f32; 3]>>,
     /// The path index of the instance; [`Picture::NO_ID`] where nothing was hit.
     pub instance_id: Option<Vec<u64>>,
-    /// The index of the triangle in its source file, 0 for other shapes; `u32::MAX` where
-    /// nothing was hit.
+    /// The index of the triangle in its source file, the surface's number of a CSG solid, 0
+    /// for other shapes; `u32::MAX` where nothing was hit.
     pub primitive_id: Option<Vec<u32>>,
 }
 

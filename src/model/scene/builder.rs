@@ -130,6 +130,11 @@ impl SceneBuilder {
         self.tables.shapes.push(name, Shape::Mesh(id))
     }
 
+    /// Adds a shape of a mesh that is already in the tables.
+    pub fn mesh_again(&mut self, name: &str, mesh: MeshId) -> ShapeId {
+        self.tables.shapes.push(name, Shape::Mesh(mesh))
+    }
+
     /// Adds a CSG solid with its operands.
     pub fn csg(&mut self, name: &str, operator: Operator, operands: &[Operand]) -> ShapeId {
         let (shape, id) = self.declare_csg(name, operator);

@@ -12,7 +12,8 @@ use crate::math::{Aabb, Affine};
 use glam::{DAffine3, DVec3};
 use std::collections::HashMap;
 
-/// The most operands of one unfolded CSG solid.
+/// The most operands of one unfolded CSG solid, and of all that are placed, at some 150 bytes
+/// each.
 pub const MAX_OPERANDS: u64 = 1 << 20;
 
 /// The most surfaces of its operands; each triangle of a mesh is one (docs/SPEC.md, S45).

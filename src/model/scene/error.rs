@@ -163,6 +163,16 @@ pub enum SceneError {
         count: u64,
         limit: u64,
     },
+    #[error(
+        "{what} and the solids before it that are placed unfold into {count} operands in all; at \
+         most {limit} are supported in a scene: place one solid several times instead of defining \
+         it again"
+    )]
+    TooManyOperandsInAll {
+        what: Entity,
+        count: u64,
+        limit: u64,
+    },
     #[error("the scene is empty: no instance places a shape")]
     NothingToSee,
     #[error(
@@ -232,6 +242,7 @@ impl SceneError {
             | SceneError::NotClosed { what, .. }
             | SceneError::CycleOfShapes { what, .. }
             | SceneError::TooManyOperands { what, .. }
+            | SceneError::TooManyOperandsInAll { what, .. }
             | SceneError::TooManySurfaces { what, .. }
             | SceneError::NormalCount { what, .. }
             | SceneError::TooManyTriangles { what, .. } => Some(what),

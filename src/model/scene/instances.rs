@@ -26,9 +26,9 @@ use std::sync::Arc;
 /// The largest number of instances; `u64::MAX` stands for none.
 pub const MAX_INSTANCES: u64 = u64::MAX - 1;
 
-/// The largest number of instances that code which visits each of them accepts. More would
-/// take minutes, and 200 bytes each where they are laid out.
-pub const MAX_LAID_OUT: u64 = 1 << 24;
+/// The largest number of instances that code which visits each of them accepts, at up to
+/// 800 bytes each.
+pub const MAX_LAID_OUT: u64 = 1 << 21;
 
 /// The largest number of instances that is kept laid out: 13 megabytes, about a third-level
 /// cache. Beyond it, a row is as far away as the few edges that produce it.

@@ -59,6 +59,11 @@ fn every_kind_in_every_mode() {
     // The same rays, asked for any hit.
     assert_eq!(rows(&report)[46]["hits"], rows(&report)[52]["hits"]);
     assert!(report["build_seconds"].is_f64() && report["tree_bytes"].is_u64());
+    // What it takes to measure this again.
+    assert_eq!(report["scene"], "s.toml");
+    assert!(report["size"][0].is_u64() && report["date"].as_str().unwrap().ends_with('Z'));
+    assert_eq!(report["arguments"][0], "bench");
+    assert_eq!(report["version"], env!("CARGO_PKG_VERSION"));
     let structure = &report["structures"][0];
     assert_eq!(structure["name"], "bvh");
     assert_eq!(structure["tree_bytes"], report["tree_bytes"]);

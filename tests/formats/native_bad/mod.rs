@@ -111,6 +111,30 @@ fn keys_and_types() {
             &["scene.toml:3:1: unknown key 'spere'; did you mean 'sphere'?"],
         ),
         (
+            toml("[shape.y]\nextrude = { points = [], height = 1 }"),
+            &["scene.toml:3:1: unknown key 'extrude'; did you mean 'prism'?"],
+        ),
+        (
+            toml("[[light]]\nambient = [1, 1, 1]"),
+            &["scene.toml:3:1: unknown key 'ambient'; there is no ambient light; give materials"],
+        ),
+        (
+            toml("ambient = [1, 1, 1]"),
+            &["scene.toml:2:1: unknown key 'ambient'; there is no ambient light; give materials"],
+        ),
+        (
+            toml("[[camera]]\neye = [0,0,1]\nlook_at = [0,0,0]\nfov_y = 35"),
+            &["scene.toml:2:1: cameras are in a list; a scene of this format has one camera"],
+        ),
+        (
+            toml("[camera.top]\neye = [0,0,1]\nlook_at = [0,0,0]\nfov_y = 35"),
+            &["scene.toml:2:9: a camera has a name; a scene of this format has one camera"],
+        ),
+        (
+            toml("background = [-1, 0, 0]"),
+            &["scene.toml:2:14: the background has colour = -1"],
+        ),
+        (
             toml("[[light]]\npiont = { position = [0, 0, 0] }"),
             &["scene.toml:3:1: unknown key 'piont'; did you mean 'point'?"],
         ),
@@ -183,7 +207,7 @@ fn keys_and_types() {
             toml(
                 "[[light]]\npoint = { position = [0,0,0], intensity = [1,1,1], falloff = 'linear' }",
             ),
-            &["scene.toml:3:62: unknown value 'linear'; did you mean 'inverse_square'?"],
+            &["scene.toml:3:62: unknown value 'linear'; known are inverse_square, none"],
         ),
         (
             toml("[[light]]\npoint = { position = [0,0,0], intensity = [1,1,1], falloff = 2 }"),
@@ -396,7 +420,7 @@ fn csg_solids() {
         ),
         (
             solid("difference = ['ball', 'x']"),
-            &["shapes form a cycle: csg 'x' → CSG solid 'x'"],
+            &["shapes form a cycle: CSG solid 'x' → CSG solid 'x'"],
         ),
         (
             solid("xor = ['y']\nshape.y.union = ['z']\nshape.z.complement = 'x'"),

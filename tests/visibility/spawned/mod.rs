@@ -161,8 +161,7 @@ fn bound(
     let scene: &Scene = &world.scene;
     let instance = world.instances.get(scene, 0);
     let shape = scene.shapes.row(instance.shape);
-    let single = precision != Precision::Exact
-        && matches!(
+    let single = matches!(
             shape,
             lanecast::internals::scene::Shape::Mesh(_)
                 | lanecast::internals::scene::Shape::Polygon(_)

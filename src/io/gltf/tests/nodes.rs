@@ -120,6 +120,23 @@ fn without_scenes_every_root_is_shown() {
 }
 
 #[test]
+fn cameras_are_numbered_as_the_file_lists_them() {
+    let mut d = document(&points());
+    let nodes = json!([
+        {"mesh": 0, "children": [3, 1]},
+        {"camera": 1, "name": "b", "children": [2]},
+        {"camera": 0, "name": "a"},
+        {"camera": 1, "name": "c"},
+    ]);
+    set(&mut d, "/nodes", nodes);
+    let lens = json!({"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}});
+    set(&mut d, "/cameras", json!([lens, lens]));
+    let (scene, _) = load(&d, &points()).unwrap();
+    let names = [0, 1, 2].map(|row| scene.cameras.names.get(row).unwrap());
+    assert_eq!(names, ["a", "b", "c"]);
+}
+
+#[test]
 fn cameras_and_lights_are_posed_by_their_nodes() {
     let mut d = document(&points());
     // A camera that is turned about y by half a turn, far away.

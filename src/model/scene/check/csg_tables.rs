@@ -8,6 +8,7 @@ use crate::scene::csg_solid::{
 };
 use crate::scene::error::SceneError;
 use crate::scene::ids::{CsgId, ShapeId};
+use crate::scene::nodes::Target;
 use crate::scene::{Shape, Tables, check_closed};
 
 /// Checks the CSG solids, and returns them with each after its operands.
@@ -51,6 +52,7 @@ pub(super) fn csg_solids(scene: &Tables) -> Result<Vec<u32>, SceneError> {
             path: shortened(&path, label),
         }
     })?;
+    let placed = placed(scene);
     let counts = unfolded_counts(scene, &order, 0, |_| 1);
     if let Some(row) = counts.iter().position(|n| *n > MAX_OPERANDS) {
         return Err(SceneError::TooManyOperands {
@@ -58,6 +60,17 @@ pub(super) fn csg_solids(scene: &Tables) -> Result<Vec<u32>, SceneError> {
             count: counts[row],
             limit: MAX_OPERANDS,
         });
+    }
+    let mut all = 0_u64;
+    for (row, count) in (0..).zip(&counts).filter(|(row, _)| placed[*row as usize]) {
+        all = all.saturating_add(*count);
+        if all > MAX_OPERANDS {
+            return Err(SceneError::TooManyOperandsInAll {
+                what: entity(row),
+                count: all,
+                limit: MAX_OPERANDS,
+            });
+        }
     }
     let counts = unfolded_counts(scene, &order, 0, |shape| surfaces(scene, shape).into());
     if let Some(row) = counts.iter().position(|n| *n > MAX_SURFACES) {
@@ -68,6 +81,20 @@ pub(super) fn csg_solids(scene: &Tables) -> Result<Vec<u32>, SceneError> {
         });
     }
     Ok(order)
+}
+
+/// Says of each CSG solid whether an instance or a child of a node is one, so that it is
+/// unfolded by itself.
+fn placed(scene: &Tables) -> Vec<bool> {
+    let mut placed = vec![false; scene.csg.len()];
+    for target in scene.roots.target.iter().chain(&scene.edges.target) {
+        if let Target::Shape(shape) = target
+            && let Shape::Csg(id) = scene.shapes.row(*shape)
+        {
+            placed[id.index()] = true;
+        }
+    }
+    placed
 }
 
 /// Checks that meshes which are operands are closed. The rows of meshes must be checked

@@ -1,0 +1,98 @@
+//! The memory that a picture takes, compared with what is free before any work.
+
+use super::error::CliError;
+use crate::io::AovSet;
+use crate::render::{RenderConfig, picture_bytes};
+use std::path::Path;
+
+/// Refuses a picture that needs more memory than the system has free, where it tells.
+pub fn check(config: &RenderConfig, path: &Path) -> Result<(), CliError> {
+    match free() {
+        Some(free) => compare(config, path, free),
+        None => Ok(()),
+    }
+}
+
+fn compare(config: &RenderConfig, path: &Path, free: u64) -> Result<(), CliError> {
+    let needed = needed(config, path);
+    if needed <= free {
+        return Ok(());
+    }
+    let fewer = match config.aovs.any() {
+        true => "fewer outputs with --aov, or ",
+        false => "",
+    };
+    let megabytes = |bytes: u64| bytes.div_ceil(1_000_000);
+    Err(CliError::Memory(format!(
+        "a picture of {}x{} with what --aov asks for needs {} MB of memory, and {} MB are free; ask \
+         for {fewer}a smaller --size, or render parts with cameras of their own",
+        config.width,
+        config.height,
+        megabytes(needed),
+        megabytes(free)
+    )))
+}
+
+/// Returns the bytes of a picture, and of its largest file while it is written: OpenEXR
+/// takes a copy of its channels and the encoded file, PNG three bytes a pixel twice.
+fn needed(config: &RenderConfig, path: &Path) -> u64 {
+    let columns = |aovs| picture_bytes(config.width, config.height, aovs);
+    let (all, color) = (columns(config.aovs), columns(AovSet::default()));
+    let is_exr = path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+    let file = match is_exr {
+        true => 2 * all,
+        false => (2 * (all - color)).max(color / 2),
+    };
+    all + file
+}
+
+/// Returns the memory that a process can get, by what Linux tells.
+fn free() -> Option<u64> {
+    available(&std::fs::read_to_string("/proc/meminfo").ok()?)
+}
+
+fn available(told: &str) -> Option<u64> {
+    let line = told
+        .lines()
+        .find(|line| line.starts_with("MemAvailable:"))?;
+    let kilobytes: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
+    kilobytes.checked_mul(1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_that_does_not_fit_is_refused_with_the_number() {
+        let mut config = RenderConfig {
+            width: 16_384,
+            height: 16_384,
+            ..RenderConfig::default()
+        };
+        let pixels = 1_u64 << 28;
+        let png = Path::new("x.png");
+        assert_eq!(needed(&config, png), 18 * pixels);
+        assert_eq!(needed(&config, Path::new("x.EXR")), 36 * pixels);
+        for name in AovSet::NAMES {
+            assert!(config.aovs.add(name));
+        }
+        assert_eq!(needed(&config, png), (64 + 2 * 52) * pixels);
+        assert!(compare(&config, png, 1 << 46).is_ok());
+        let error = compare(&config, png, 24_000_000_000).unwrap_err();
+        assert_eq!(error.exit_code(), 3);
+        let said = error.to_string();
+        for part in ["16384x16384", "45098 MB", "24000 MB", "--aov", "--size"] {
+            assert!(said.contains(part), "{said}");
+        }
+    }
+
+    #[test]
+    fn what_is_free_is_read() {
+        let told = "MemTotal:  99 kB\nMemFree: 1 kB\nMemAvailable:   12 kB\n";
+        assert_eq!(available(told), Some(12 * 1024));
+        assert_eq!(available("MemTotal: 1 kB\n"), None);
+    }
+}

@@ -1,0 +1,151 @@
+//! Scenes that ask for more than their size: they load in linear time and little memory, or
+//! are refused with the number.
+
+use lanecast::internals::io::{LoadOptions, Loaded, load};
+use lanecast::internals::scene::Instances;
+use std::fmt::Write as _;
+use std::time::{Duration, Instant};
+
+/// Far more than any of them takes in an unoptimised build on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+fn loaded(name: &str, bytes: &[u8]) -> Result<Loaded, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    std::fs::write(&path, bytes).unwrap();
+    let start = Instant::now();
+    let loaded = load(&path, &LoadOptions::default()).map_err(|e| e.to_string());
+    assert!(start.elapsed() < PATIENCE, "{name}: {:?}", start.elapsed());
+    loaded
+}
+
+/// A union of 2^k balls, `times` of which are placed.
+fn doubled(k: u32, times: u32) -> String {
+    let mut text = "format = 1\n[shape.s]\nsphere = { center = [0, 0, 0], radius = 1 }\n\
+                    [shape.c0]\nunion = [\"s\"]\n"
+        .to_string();
+    for i in 1..=k {
+        let below = i - 1;
+        let _ = write!(text, "[shape.c{i}]\nunion = [\"c{below}\", \"c{below}\"]\n");
+    }
+    for i in 0..times {
+        let _ = write!(
+            text,
+            "[shape.d{i}]\nunion = [\"c{k}\"]\n[[instance]]\nshape = \"d{i}\"\n"
+        );
+    }
+    text
+}
+
+#[test]
+fn operands_have_one_budget_for_the_scene() {
+    loaded("s.toml", doubled(10, 100).as_bytes()).unwrap();
+    let said = loaded("s.toml", doubled(18, 100).as_bytes()).unwrap_err();
+    for part in [
+        "s.toml:",
+        "CSG solid 'd4' and the solids before it",
+        "1310720 operands in all",
+        "at most 1048576",
+    ] {
+        assert!(said.contains(part), "{said}");
+    }
+}
+
+/// The same triangles once in the tables, however many shapes name the file.
+#[test]
+fn a_mesh_file_is_read_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    std::fs::write(folder.path().join("m.obj"), mesh).unwrap();
+    let mut text = "format = 1\n".to_string();
+    for i in 0..400 {
+        let open = i % 2 == 1;
+        let _ = write!(
+            text,
+            "[shape.m{i}]\nmesh = \"m.obj\"\nopen = {open}\n[[instance]]\nshape = \"m{i}\"\n"
+        );
+    }
+    let path = folder.path().join("s.toml");
+    std::fs::write(&path, text).unwrap();
+    let scene = load(&path, &LoadOptions::default()).unwrap().scene;
+    assert_eq!(scene.shapes.len(), 400);
+    assert_eq!(Instances::of(&scene).unwrap().count(), 400);
+    assert_eq!(scene.meshes.open, [false, true]);
+    assert_eq!(scene.meshes.triangles.len(), 2);
+}
+
+#[test]
+fn gltf_has_no_more_objects_than_its_size_justifies() {
+    let of = |list: &str, count: usize| {
+        format!(
+            "{{\"asset\":{{\"version\":\"2.0\"}},\"{list}\":[{}{{}}]}}",
+            "{},".repeat(count)
+        )
+    };
+    for (list, count) in [("nodes", 2_800_000), ("materials", 1_400_000)] {
+        let said = loaded("s.gltf", of(list, count).as_bytes()).unwrap_err();
+        let part = format!("{list}: {} are more than the size", count + 1);
+        assert!(said.contains(&part), "{said}");
+    }
+    let said = loaded("s.gltf", of("nodes", 100_000).as_bytes()).unwrap_err();
+    assert!(said.contains("the scene is empty"), "{said}");
+}
+
+#[test]
+fn a_long_header_of_ply_is_read_in_linear_time() {
+    let mut bytes = b"ply\nformat binary_little_endian 1.0\n\
+        element vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+        element face 1\nproperty list uchar int vertex_indices\n"
+        .to_vec();
+    let elements = 300_000;
+    for i in 0..elements {
+        bytes.extend(format!("element e{i} 100\n").bytes());
+    }
+    bytes.extend(b"end_header\n");
+    for x in [0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0] {
+        bytes.extend(x.to_le_bytes());
+    }
+    bytes.push(3);
+    for corner in [0_u32, 1, 2] {
+        bytes.extend(corner.to_le_bytes());
+    }
+    bytes.extend([0; 100]);
+    let warning = loaded("m.ply", &bytes).unwrap().warning.unwrap();
+    assert!(warning.len() < 400, "{} bytes", warning.len());
+    assert!(
+        warning.ends_with(", and 29999000 of 299990 more kinds"),
+        "{warning}"
+    );
+}
+
+#[test]
+fn toml_is_read_in_linear_time() {
+    let time = |count: usize| {
+        let mut text =
+            "format = 1\n[shape.b]\nsphere = { center = [0, 0, 0], radius = 1 }\n".to_string();
+        for i in 0..count {
+            let _ = write!(
+                text,
+                "[shape.s{i}]\nbox = {{ min = [0, 0, 0], max = [1, 1, {i}.5] }}\n"
+            );
+            let _ = write!(text, "[[instance]]\nshape = \"s{i}\"\n");
+        }
+        let start = Instant::now();
+        loaded("s.toml", text.as_bytes()).unwrap();
+        start.elapsed().as_secs_f64()
+    };
+    let (few, many) = (time(4_000), time(64_000));
+    // 256 times as long where it is quadratic.
+    assert!(many < 80.0 * few.max(0.02), "{few} s, {many} s");
+}
+
+#[test]
+fn base_colours_above_1_count_as_1() {
+    let text = "format = 1\n[material.m]\nbase_color = [10, 0.5, 1e30]\n\
+                [shape.s]\nsphere = { center = [0, 0, 0], radius = 1 }\n\
+                [[instance]]\nshape = \"s\"\nmaterial = \"m\"\n";
+    let loaded = loaded("s.toml", text.as_bytes()).unwrap();
+    assert_eq!(loaded.scene.materials.rows[0].base_color, [1.0, 0.5, 1.0]);
+    let warning = loaded.warning.unwrap();
+    assert_eq!(warning, "not imported: 1 × part of a base_color above 1");
+}

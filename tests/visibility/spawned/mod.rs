@@ -139,7 +139,7 @@ fn hits(world: &World, subject: &Subject, precision: Precision, random: &mut Ran
         }
         let (org, dir) = rays.ray(i);
         let surface = Surface::at(world, precision, org, dir, *t, *id);
-        let bound = bound(world, subject, precision, org, &surface);
+        let bound = bound(world, subject, org, &surface);
         let grazing = surface.ng.dot(wide(dir)).abs() < 0.01 * wide(dir).length();
         Some(Left {
             id: *id,
@@ -151,21 +151,14 @@ fn hits(world: &World, subject: &Subject, precision: Precision, random: &mut Ran
     found.iter().enumerate().filter_map(of).collect()
 }
 
-fn bound(
-    world: &World,
-    subject: &Subject,
-    precision: Precision,
-    org: [f64; 3],
-    surface: &Surface,
-) -> f64 {
+fn bound(world: &World, subject: &Subject, org: [f64; 3], surface: &Surface) -> f64 {
     let scene: &Scene = &world.scene;
     let instance = world.instances.get(scene, 0);
     let shape = scene.shapes.row(instance.shape);
     let single = matches!(
-            shape,
-            lanecast::internals::scene::Shape::Mesh(_)
-                | lanecast::internals::scene::Shape::Polygon(_)
-        );
+        shape,
+        lanecast::internals::scene::Shape::Mesh(_) | lanecast::internals::scene::Shape::Polygon(_)
+    );
     let u = if single {
         f32::EPSILON.into()
     } else {

@@ -167,9 +167,9 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
             }
         }
         centre.wide = wide;
-        // λ: the second parts of directions, the loss of their sums with the first ones, the
-        // product with a slope where there is no FMA, and the loss of directions below 10⁻³⁰
-        // (B4).
+        // λ: the sum with the second parts and the rounded divisor, roundings of the second
+        // parts, the product with a slope where there is no FMA, and the loss of directions
+        // below 10⁻³⁰ (B4).
         let steepest = centre.steep + wide;
         let turned = 2.1 * wide + 8.0 * UNIT * (1.0 + steepest);
         let apart = if cfg!(target_feature = "fma") {

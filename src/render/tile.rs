@@ -20,7 +20,9 @@ use crate::scene::{Camera, Light, Rgb};
 use crate::shade::{
     Doubles, Integrator, MaterialFlags, Memory, RayCounts, STEP, Scratch, Statistics, Surface,
 };
-use crate::trace::{HitId, ItemBuffer, RayKind, ScratchPool, ShadowCache, TraceScratch, TracedRay};
+use crate::trace::{
+    HitId, ItemBuffer, RayKind, ScratchPool, ShadowCache, TURNED, TraceScratch, TracedRay,
+};
 use bumpalo::Bump;
 use rayon::prelude::*;
 use std::sync::Mutex;
@@ -236,6 +238,10 @@ impl Tile<'_> {
         let scratch = &mut Scratch::new(arena, trace);
         let mut record = Vec::new();
         let mut counts = RayCounts::default();
+        if kept > 0 && self.samples() > 1 {
+            self.first_hits(order, scratch, color, aovs);
+            color.fill([0.0; 3]);
+        }
         for sample in 0..self.samples() {
             let statistics = &mut Statistics {
                 counts: RayCounts::default(),
@@ -293,18 +299,38 @@ impl Tile<'_> {
         let config = self.config;
         let generator =
             RayGenerator::new(self.view.camera, config.width, config.height, config.grid);
+        // A single sample lies at the centre.
+        let number = (self.samples() > 1).then_some(sample);
+        self.queue_rays(&generator, order, number, scratch);
+        let integrator = self.integrator();
+        // The outputs beside the colour are those of the pixel's centre.
+        let keep = number.is_none() && config.aovs != AovSet::default();
+        let mut first_hit = |row: u32, surface: &Surface, id: HitId| {
+            aovs[row as usize] = self.aov(&generator, surface, id);
+        };
+        let first_hit = keep.then_some(&mut first_hit as _);
+        integrator.run(scratch, color, caches, statistics, first_hit);
+    }
+
+    /// Queues one camera ray for each pixel: its sample of this number, or through its centre.
+    fn queue_rays(
+        &self,
+        generator: &RayGenerator,
+        order: &[Spot],
+        sample: Option<u32>,
+        scratch: &mut Scratch,
+    ) {
         let queue = scratch.camera_rays();
-        // A single sample lies at the centre: rays of a column or row share one
-        // position.
-        let lone = (self.samples() == 1).then(|| self.centres(&generator));
+        // Rays through the centres of a column or row share one position.
+        let centres = sample.is_none().then(|| self.centres(generator));
         for some in order.chunks(STEP) {
             let spots: [Spot; STEP] = std::array::from_fn(|i| some[i.min(some.len() - 1)]);
-            let [across, up] = match &lone {
+            let [across, up] = match &centres {
                 Some([columns, rows]) => [
                     Doubles::load(&spots.map(|spot| columns[spot.x as usize % SIDE])),
                     Doubles::load(&spots.map(|spot| rows[spot.y as usize % SIDE])),
                 ],
-                None => self.sampled(&generator, &spots, sample),
+                None => self.sampled(generator, &spots, sample.unwrap_or(0)),
             };
             queue.push_some(
                 (1 << some.len()) - 1,
@@ -313,23 +339,51 @@ impl Tile<'_> {
             );
         }
         queue.complete(f32::INFINITY, RayKind::Primary);
+    }
+
+    /// Finds what the rays through the pixels' centres hit, for the outputs beside the colour
+    /// of a picture whose samples lie elsewhere.
+    fn first_hits(
+        &self,
+        order: &[Spot],
+        scratch: &mut Scratch,
+        color: &mut [Rgb],
+        aovs: &mut [AovSample],
+    ) {
+        let config = self.config;
+        let generator =
+            RayGenerator::new(self.view.camera, config.width, config.height, config.grid);
+        self.queue_rays(&generator, order, None, scratch);
+        let mut first_hit = |row: u32, surface: &Surface, id: HitId| {
+            aovs[row as usize] = self.aov(&generator, surface, id);
+        };
+        let statistics = &mut Statistics {
+            counts: RayCounts::default(),
+            record: None,
+            sample: 0,
+            pixel_of: &|row| row,
+            memory: None,
+        };
         let integrator = Integrator {
+            lights: &[],
+            max_depth: 0,
+            ..self.integrator()
+        };
+        integrator.run(scratch, color, &mut [], statistics, Some(&mut first_hit));
+    }
+
+    fn integrator(&self) -> Integrator<'_> {
+        Integrator {
             world: self.view.world,
             kernels: self.view.kernels,
             lights: self.view.lights,
             items: self.items,
             background: self.view.world.scene.background,
-            max_depth: config.max_depth,
+            max_depth: self.config.max_depth,
             unnamed: Default::default(),
             material_flags: self.material_flags,
             cancel: &self.progress.cancel,
-        };
-        let keep = sample == 0 && config.aovs != AovSet::default();
-        let mut first_hit = |row: u32, surface: &Surface, id: HitId| {
-            aovs[row as usize] = self.aov(&generator, surface, id);
-        };
-        let first_hit = keep.then_some(&mut first_hit as _);
-        integrator.run(scratch, color, caches, statistics, first_hit);
+        }
     }
 
     /// Returns the image-plane positions of rays through the centres of the tile's
@@ -376,7 +430,7 @@ impl Tile<'_> {
             normal: surface.ns.to_array().map(|x| x as f32),
             albedo: material.base_color,
             instance: id.instance,
-            primitive: id.primitive,
+            primitive: id.primitive & !TURNED,
         }
     }
 

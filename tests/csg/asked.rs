@@ -159,7 +159,7 @@ fn is_normal(
         let off: [f64; 3] = std::array::from_fn(|k| if i >> k & 1 == 0 { size } else { -size });
         let back = if i & 8 == 0 { 0.0 } else { 0.999 / hit.t };
         let org = std::array::from_fn(|k| org[k] + off[k]);
-        let dir = std::array::from_fn(|k| f64::from(dir[k]) - off[k] * back);
+        let dir = std::array::from_fn(|k| dir[k] - off[k] * back);
         reference.nearest(org, dir, f64::INFINITY)
     };
     like(&hit) || (0..48).filter_map(beside).any(|hit| like(&hit))

@@ -81,7 +81,7 @@ enum PreparedSolid {
     None,
     /// It has at most one span, from its exact predicate.
     Convex,
-    Csg(PreparedCsg),
+    Csg(Box<PreparedCsg>),
 }
 
 impl Solids {
@@ -163,13 +163,15 @@ impl Solids {
 
 impl PreparedSolid {
     fn new(scene: &Tables, id: ShapeId, trees: &mut MeshCrossingTrees) -> PreparedSolid {
-        let single = || PreparedSolid::Csg(PreparedCsg::prepare_single(scene, id));
+        let single = || PreparedSolid::Csg(Box::new(PreparedCsg::prepare_single(scene, id)));
         match scene.shapes.row(id) {
             Shape::Mesh(row) if scene.meshes.open[row.index()] => PreparedSolid::None,
             Shape::Mesh(row) if check_closed(scene, row).is_err() => PreparedSolid::None,
             Shape::Mesh(_) => single(),
             shape if scene.no_inside(shape).is_some() => PreparedSolid::None,
-            Shape::Csg(row) => PreparedSolid::Csg(PreparedCsg::prepare(scene, id, row, trees)),
+            Shape::Csg(row) => {
+                PreparedSolid::Csg(Box::new(PreparedCsg::prepare(scene, id, row, trees)))
+            }
             // The line may enter and leave several times.
             shape if shape.boundaries() != Boundaries::Span => single(),
             _ => PreparedSolid::Convex,

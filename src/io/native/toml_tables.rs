@@ -14,7 +14,7 @@ pub(super) struct Table<'a> {
     origin: Origin,
     entries: Vec<(Key<'a>, Held<'a>)>,
     /// Rows of `entries` by name, once they are too many to search.
-    rows: Option<Box<HashMap<Cow<'a, str>, usize>>>,
+    rows: Option<HashMap<Cow<'a, str>, usize>>,
 }
 
 /// What a table was made by.
@@ -85,7 +85,7 @@ impl<'a> Table<'a> {
                 .iter()
                 .map(|(key, _)| &key.name)
                 .chain([&key.name]);
-            self.rows = Some(Box::new(names.cloned().zip(0..).collect()));
+            self.rows = Some(names.cloned().zip(0..).collect());
         }
         self.entries.push((key, held));
         row

@@ -164,7 +164,7 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
             let Vec3 { x, y, z } = group.dir;
             group.low = narrow(exact - Vec3::new(x.widen(), y.widen(), z.widen()));
         }
-        let (Some((leader, _)), Some((middle, middle_low))) =
+        let (Some([leader, _]), Some([middle, middle_low])) =
             (self.middle_ray(all), self.middle_ray(alive))
         else {
             return false;
@@ -237,11 +237,11 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
     /// Returns the direction of the middle ray, or of the first live one, as its rounding and
     /// the loss of that.
     #[inline(always)]
-    fn middle_ray(&self, alive: &[L::Mask; S]) -> Option<([L::Scalar; 3], [L::Scalar; 3])> {
+    fn middle_ray(&self, alive: &[L::Mask; S]) -> Option<[[L::Scalar; 3]; 2]> {
         let ray = |i: usize| {
             let (group, lane) = (&self.groups[i / L::COUNT], i % L::COUNT);
             let at = |v: &Vec3<L>| [v.x.lane(lane), v.y.lane(lane), v.z.lane(lane)];
-            (at(&group.dir), at(&group.low))
+            [at(&group.dir), at(&group.low)]
         };
         self.middle_of(alive).map(ray)
     }

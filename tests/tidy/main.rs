@@ -33,6 +33,13 @@ const LAYERS: &[(&str, &[&str])] = &[
             "math", "roots", "geom", "csg", "scene", "io", "plan", "accel", "trace", "shade",
         ],
     ),
+    (
+        "tracer",
+        &[
+            "math", "roots", "geom", "csg", "scene", "io", "plan", "accel", "trace", "shade",
+            "render",
+        ],
+    ),
     // And of these only what `reference_may` allows.
     ("reference", &["math", "geom", "scene"]),
     (
@@ -66,6 +73,7 @@ const LAYERS: &[(&str, &[&str])] = &[
             "trace",
             "shade",
             "render",
+            "tracer",
             "reference",
             "measure",
         ],

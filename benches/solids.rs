@@ -13,11 +13,14 @@ use glam::DVec3;
 use lanecast::internals::accel::{Structure, World};
 use lanecast::internals::geom::{Cuboid, Cylinder, Sphere};
 use lanecast::internals::math::Affine;
+use lanecast::internals::measure::generate::displaced_sphere;
 use lanecast::internals::plan::{Choices, Precision, plan};
 use lanecast::internals::render::{Progress, RenderConfig, View, render};
 use lanecast::internals::scene::{
-    Camera, Edge, Falloff, Instances, Light, Operand, Operator, Scene, SceneBuilder, ShapeId,
+    Camera, Edge, Falloff, Instances, Light, MeshData, Operand, Operator, Scene, SceneBuilder,
+    ShapeId,
 };
+use lanecast::internals::trace::{Solids, TraceScratch};
 
 const SIZE: [u32; 2] = [320, 240];
 /// In f32 some rays fall on the other side of an edge.
@@ -169,9 +172,64 @@ fn solids(c: &mut Criterion) {
     group.finish();
 }
 
+/// What does one line through prepared solids cost, on one thread: a closed mesh of 86,436
+/// triangles, a difference of 45 operands, and 400 parts? Asserted: half of the lines or more
+/// pass through something.
+fn spans(c: &mut Criterion) {
+    let mut group = c.benchmark_group("spans of a line through prepared solids");
+    let ball = displaced_sphere(210, 207);
+    let mesh = MeshData {
+        positions: ball.positions.iter().map(|p| p.map(f64::from)).collect(),
+        triangles: ball.triangles,
+        ..MeshData::default()
+    };
+    let mut scene = SceneBuilder::default();
+    let shape = scene.mesh("", &mesh);
+    scene.instance("", Edge::shape(shape));
+    let mesh = scene.finish().expect("a closed mesh");
+    let drilled = {
+        let mut scene = SceneBuilder::default();
+        let (min, max) = (DVec3::new(-1.0, -0.1, -1.0), DVec3::new(1.0, 0.1, 1.0));
+        let mut operands = vec![Operand::shape(scene.cuboid("", Cuboid { min, max }))];
+        for i in 0..44 {
+            let at = DVec3::new(f64::from(i % 7) - 3.0, -0.8, f64::from(i / 7) - 3.0) * 0.28;
+            operands.push(Operand::shape(upright(&mut scene, at, 0.5, 0.08)));
+        }
+        let shape = scene.csg("", Operator::Difference, &operands);
+        scene.instance("", Edge::shape(shape));
+        scene.finish().expect("a drilled plate")
+    };
+    let lines: Vec<[DVec3; 2]> = (0..997)
+        .map(|i| {
+            let turn = |k: f64| libm::sin(f64::from(i) * k);
+            let org = DVec3::new(turn(0.7), turn(1.3), turn(2.1)) * 4.0;
+            let target = DVec3::new(turn(3.1), turn(0.37) * 0.1, turn(1.9)) * 0.8;
+            [org, target - org]
+        })
+        .collect();
+    for (name, scene) in [
+        ("mesh", &mesh),
+        ("drilled", &drilled),
+        ("parts", &parts(20)),
+    ] {
+        let instances = Instances::of(scene).expect("few");
+        let solids = Solids::prepare(scene, &instances).expect("few");
+        let scratch = &mut TraceScratch::default();
+        let mut all = || {
+            let spans = |[org, dir]: &[DVec3; 2]| solids.spans(*org, *dir, scratch).rows.len();
+            lines.iter().map(spans).filter(|spans| *spans > 0).count()
+        };
+        if name != "parts" {
+            assert!(all() * 2 > lines.len());
+        }
+        group.throughput(Throughput::Elements(lines.len() as u64));
+        group.bench_function(name, |b| b.iter(&mut all));
+    }
+}
+
 criterion_group! {
     name = benches;
     config = quick();
-    targets = solids
+    targets = solids, spans
 }
 criterion_main!(benches);

@@ -113,7 +113,7 @@ fn a_long_header_of_ply_is_read_in_linear_time() {
     let warning = loaded("m.ply", &bytes).unwrap().warning.unwrap();
     assert!(warning.len() < 400, "{} bytes", warning.len());
     assert!(
-        warning.ends_with(", and 29999000 of 299990 more kinds"),
+        warning.ends_with(", 29999000 × 299990 other kinds"),
         "{warning}"
     );
 }

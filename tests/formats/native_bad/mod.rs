@@ -193,7 +193,7 @@ fn keys_and_types() {
         ),
         (
             toml("[[camera]]\n[[camera]]"),
-            &["scene.toml:2:", "expected a table, found a list"],
+            &["scene.toml:2:", "one camera, written as [camera]"],
         ),
         (
             toml("[material.a]\n[material.a]"),
@@ -424,7 +424,7 @@ fn csg_solids() {
         ),
         (
             solid("xor = ['y']\nshape.y.union = ['z']\nshape.z.complement = 'x'"),
-            &["→ csg 'y' → CSG solid 'z'", "made of itself"],
+            &["→ CSG solid 'y' → CSG solid 'z'", "made of itself"],
         ),
         (
             solid("union = [{ shape = 'ball', transform = [{ scale = 0 }] }]"),

@@ -159,6 +159,10 @@ pub struct RayExtent {
     pub org: f64,
     /// The least and the greatest ∞-norm of the directions, in the node's space.
     pub dir: [f64; 2],
+    /// The largest coordinate in world space of any origin.
+    pub world_org: f64,
+    /// The greatest ∞-norm of the directions in world space.
+    pub world_dir: f64,
     /// The largest coordinate in world space of any origin and of any point where a ray may
     /// hit.
     pub world: f64,
@@ -178,20 +182,33 @@ impl InstanceBvh {
     /// A hit lies in its shape's box padded in the shape's space, and that pad may look
     /// `condition` times as large here (40 roundings, times √3 from axes to lengths and
     /// back: the factor 4). Rays are transformed from the world in f64 by matrices with one
-    /// rounding per level, which is small, but relative to the world's coordinates.
+    /// rounding per level, which is small, but relative to the world's coordinates on the
+    /// ray's own way here: no farther than t = 4 size / |dir|, if the pad is no more than the
+    /// size then. What lies farther off costs this node nothing.
     pub fn padded(&self, object_from_world: &Affine, rays: &RayExtent) -> Option<Aabb32> {
         let size = rays.org + self.bounds.max_abs();
-        let moved = object_from_world.norm() * 2.0 * rays.world;
         let shift = object_from_world.translation;
         let shift = shift.iter().fold(0.0, |most, x| f64::max(most, x.abs()));
         let shifts = shift + self.shift;
-        let rounding = (self.levels + 1.0) * 64.0 * f64::EPSILON * (moved + shifts);
+        let norm = object_from_world.norm();
         let pad_of_one = 32.0 * 0.5 * f64::from(f32::EPSILON);
-        let more = self.condition * (4.0 * size + rounding / pad_of_one);
+        let [slowest, fastest] = rays.dir;
+        let pad = |world: f64| {
+            let moved = norm * 2.0 * world;
+            let rounding = (self.levels + 1.0) * 64.0 * f64::EPSILON * (moved + shifts);
+            self.condition * (4.0 * size + rounding / pad_of_one)
+        };
+        let way = rays.world_org + rays.world_dir * (4.0 * size / slowest);
+        let near = pad(way.min(rays.world));
+        // The pads of slabs are this part of what they are given.
+        let more = if near * pad_of_one <= size {
+            near
+        } else {
+            pad(rays.world)
+        };
         // The numbers stay far from the ends of f32, and so do reciprocals of small
         // components.
         let all = size + more;
-        let [slowest, fastest] = rays.dir;
         let fits = all > 2_f64.powi(-80)
             && all < 2_f64.powi(80)
             && fastest < 2_f64.powi(60)

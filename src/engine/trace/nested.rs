@@ -215,11 +215,15 @@ impl Level {
         let mut reach = RayExtent {
             org: 0.0,
             dir: [f64::INFINITY, 0.0],
+            world_org: 0.0,
+            world_dir: 0.0,
             world: bvhs.extent(),
         };
         for_each_bit(set, |i| {
             let org = stream.org(i);
             let dir = largest(map.vector(stream.dir(i)));
+            reach.world_org = reach.world_org.max(largest(org));
+            reach.world_dir = reach.world_dir.max(largest(stream.dir(i)));
             reach.org = reach.org.max(largest(map.point(org)));
             reach.world = reach.world.max(largest(org));
             reach.dir = [reach.dir[0].min(dir), reach.dir[1].max(dir)];

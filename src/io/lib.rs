@@ -10,8 +10,11 @@
 //! A new scene format takes three steps:
 //! 1. write `NAME.rs` or `NAME/mod.rs` with `import(path, options, scene, report)`, as `obj` has;
 //! 2. add its extension to the `match` in `import` below, and to the lists of known formats
-//!    in [`load`] and [`LoadError`]; a mesh format also goes into `shared/merge_meshes.rs`;
+//!    in [`load`], in [`LoadError`] and in the command's help (`cli/args`); a mesh format also
+//!    goes into `shared/merge_meshes.rs`;
 //! 3. add its good and bad files to `tests/formats`.
+//!
+//! Picture formats are in `shared/picture.rs`.
 //!
 //! This crate is a part of Lanecast that may change with any version; the stable interface
 //! is the crate `lanecast`.

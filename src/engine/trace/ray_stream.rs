@@ -1,4 +1,5 @@
-//! A stream's rays in one space, and the triangles of a block that each of them may hit.
+//! A stream's rays in one space, and the triangles of a block that each of them may hit
+//! (T5 to T11, docs/numerics/triangles.md).
 
 use super::stream::for_each_bit;
 use crate::accel::{Block, BoxRays, STREAM, Slabs, WIDE};

@@ -3,7 +3,7 @@
 use super::args::MeasureArgs;
 use super::error::CliError;
 use super::interrupt;
-use super::output::{Results, check_destinations};
+use super::output::{Results, check_destinations, printable_line};
 use super::pipeline::thread_pool;
 use super::progress::Drawing;
 use super::scene::{self, shape_name};
@@ -369,11 +369,14 @@ fn readable(x: f64, digits: usize) -> String {
 /// The most characters of a name in the table.
 const LONGEST_NAME: usize = 40;
 
-/// Shortens a name so that the table keeps its columns.
+/// Shortens a name so that the table keeps its columns, and escapes what a terminal would
+/// obey.
 fn short(name: &str) -> String {
+    let head: String = name.chars().take(LONGEST_NAME + 1).collect();
+    let name = printable_line(&head);
     match name.chars().count() > LONGEST_NAME {
         true => name.chars().take(LONGEST_NAME - 1).chain(['…']).collect(),
-        false => name.into(),
+        false => name,
     }
 }
 

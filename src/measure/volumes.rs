@@ -171,6 +171,11 @@ impl Goal {
     }
 }
 
+/// Random lines against which quadrature is checked, and by how many half-widths of their
+/// 95 % interval figures may be off: by chance, less than one in a million is.
+const PLAUSIBLE_LINES: u64 = 1 << 14;
+const PLAUSIBLE_WIDTHS: f64 = 4.0;
+
 /// Lines that look for places where a closed mesh overlaps itself.
 const CHECK_LINES: u64 = 1 << 11;
 
@@ -207,7 +212,8 @@ impl Placed<'_> {
                 deadline: goal.deadline.map(half),
                 ..*goal
             };
-            if let Some(found) = self.by_quadrature(&own, goal.most_lines, progress) {
+            let found = self.by_quadrature(&own, goal.most_lines, progress);
+            if let Some(found) = found.filter(|f| self.is_plausible(&f.body, goal, progress)) {
                 if goal.is_reached(&found.body) {
                     return Some(with(found.body, center, found.lines, false));
                 }
@@ -232,6 +238,25 @@ impl Placed<'_> {
             (_, sampled) => sampled?,
         };
         Some(with(body, center, lines, !is_fine))
+    }
+
+    /// Returns whether random lines agree with the figures of quadrature, to the accuracy of a
+    /// few thousand lines: a feature that all nodes miss shows here.
+    fn is_plausible(&self, body: &Body, goal: &Goal, progress: &Progress) -> bool {
+        let few = Goal {
+            most_lines: PLAUSIBLE_LINES,
+            ..*goal
+        };
+        let Some(found) = self.by_sampling(&few, progress) else {
+            return true;
+        };
+        let sampled = found.body;
+        let near = |a: f64, b: f64, error: f64, width: f64| {
+            (a - b).abs() <= error + PLAUSIBLE_WIDTHS * width
+        };
+        let (volume, area) = (sampled.volume, sampled.area);
+        near(body.volume, volume, body.volume_error, sampled.volume_error)
+            && near(body.area, area, body.area_error, sampled.area_error)
     }
 
     /// The figures of a closed mesh; `None` of other solids, and of a mesh that seems to

@@ -73,7 +73,7 @@ impl<'a> Root<'a> {
     }
 
     /// Returns a number of the smooth face that is crossed. Roots of one face of one solid
-    /// have equal numbers; all triangles of meshes have the same.
+    /// have equal numbers.
     pub fn face_number(&self) -> u64 {
         self.surface.number()
     }

@@ -1,31 +1,39 @@
-//! `lanecast measure`: volume, area and centroid of the solids of a scene.
+//! `lanecast measure`: mass properties of the solids of a scene.
 
 use super::args::MeasureArgs;
 use super::error::CliError;
 use super::interrupt;
-use super::output::{Results, check_destinations};
+use super::output::{Results, check_destinations, printable_line};
 use super::pipeline::thread_pool;
 use super::progress::Drawing;
 use super::scene::{self, shape_name};
 use crate::io::LoadError;
 use crate::math::Affine;
-use crate::measure::volumes::{Goal, Measured, NoVolume, Placed, Volume, together};
+use crate::measure::volumes::moments::inertia;
+use crate::measure::volumes::{
+    Extent, Goal, Measured, Method, NoVolume, Placed, Volume, extent, together,
+};
 use crate::render::{Progress, mix};
-use crate::scene::{Instance, Instances, Scene, ShapeId, Target};
+use crate::scene::{Instance, Instances, Scene, Shape, ShapeId, Target};
 use glam::DVec3;
 use serde::Serialize;
 use std::collections::HashMap;
 use std::fmt::Write;
+use std::time::{Duration, Instant};
 
 /// The value that `--json` writes.
 #[derive(Debug, Serialize)]
 struct Report {
     solids: Vec<Row>,
+    /// Mass of a unit of volume, if one is given.
+    density: Option<f64>,
     /// Number of instances without a volume to measure, by reason.
     surfaces_left_out: u64,
     meshes_left_out: u64,
     unbounded_left_out: u64,
     beyond_left_out: u64,
+    /// Number of instances for which the time limit left no figures.
+    late_left_out: u64,
 }
 
 #[derive(Debug, Serialize)]
@@ -35,13 +43,68 @@ struct Row {
     parts: u64,
     #[serde(flatten)]
     volume: Volume,
+    /// Null for an empty solid.
+    bounds: Option<Bounds>,
+    /// With a density.
+    mass: Option<Mass>,
+}
+
+/// A box around a solid, in world space.
+#[derive(Debug, Serialize)]
+struct Bounds {
+    min: [f64; 3],
+    max: [f64; 3],
+    /// The solid touches all six sides, to roundings; else it is somewhere inside.
+    is_tight: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct Mass {
+    mass: f64,
+    mass_error: f64,
+    /// Inertia tensor about the centroid, along world axes; null where f64 cannot hold it.
+    inertia: Option<[[f64; 3]; 3]>,
+    /// Error of each of its entries.
+    inertia_error: Option<f64>,
+}
+
+impl Row {
+    fn new(name: String, parts: u64, volume: Volume, extent: Extent, density: Option<f64>) -> Row {
+        let mass = density.map(|density| {
+            let tensor = volume.spread.map(|spread| {
+                let tensor = inertia(&spread);
+                tensor.map(|row| row.map(|x| x * density + 0.0))
+            });
+            let tensor = tensor.filter(|t| t.as_flattened().iter().all(|x| x.is_finite()));
+            Mass {
+                mass: volume.volume * density,
+                mass_error: volume.volume_error * density,
+                inertia: tensor,
+                // A diagonal entry is the sum of two moments.
+                inertia_error: tensor.map(|_| 2.0 * volume.spread_error * density),
+            }
+        });
+        Row {
+            name,
+            parts,
+            volume,
+            bounds: extent.bounds.is_finite().then(|| Bounds {
+                min: extent.bounds.min.to_array(),
+                max: extent.bounds.max.to_array(),
+                is_tight: extent.is_tight,
+            }),
+            mass,
+        }
+    }
 }
 
 pub fn run(args: &MeasureArgs) -> Result<(), CliError> {
     let outputs = check_destinations(&[&args.scene], &[], args.json.iter())?;
+    let limit = args.time_limit.map(Duration::from_secs_f64);
     let goal = Goal {
         relative: args.error,
         seed: args.seed,
+        deadline: limit.and_then(|limit| Instant::now().checked_add(limit)),
         ..Goal::default()
     };
     let scene = scene::load(&args.scene, &args.load_options(outputs))?;
@@ -52,9 +115,12 @@ pub fn run(args: &MeasureArgs) -> Result<(), CliError> {
     let mut measurer = Measurer {
         scene: &scene,
         goal,
+        density: args.density,
         progress: &progress,
         known: HashMap::new(),
-        left_out: [0; 4],
+        extents: HashMap::new(),
+        vertices: 0,
+        left_out: [0; 5],
     };
     let solids = {
         let _drawing = Drawing::start(&progress);
@@ -72,13 +138,16 @@ pub fn run(args: &MeasureArgs) -> Result<(), CliError> {
         meshes_left_out,
         unbounded_left_out,
         beyond_left_out,
+        late_left_out,
     ] = measurer.left_out;
     let report = Report {
         solids,
+        density: args.density,
         surfaces_left_out,
         meshes_left_out,
         unbounded_left_out,
         beyond_left_out,
+        late_left_out,
     };
     let mut results = Results::default();
     results.add(&args.json, &report)?;
@@ -88,17 +157,32 @@ pub fn run(args: &MeasureArgs) -> Result<(), CliError> {
 /// Index of the count of solids whose figures f64 cannot hold.
 const BEYOND: usize = 3;
 
+/// Index of the count of instances that the time did not suffice for.
+const LATE: usize = 4;
+
+/// The most vertices of meshes that boxes are made from; beyond, a mesh' own box is placed.
+const MOST_VERTICES: u64 = 1 << 30;
+
 /// A shape and the bits of the linear part of its map.
 type Known = (ShapeId, [u64; 9]);
+
+fn known(id: ShapeId, map: &Affine) -> Known {
+    let mut bits = map.linear().as_flattened().iter().map(|x| x.to_bits());
+    (id, std::array::from_fn(|_| bits.next().unwrap_or(0)))
+}
 
 struct Measurer<'s> {
     scene: &'s Scene,
     goal: Goal,
+    density: Option<f64>,
     progress: &'s Progress,
     /// Number and result of each measurement.
     known: HashMap<Known, (usize, Measured)>,
-    /// Counts of surfaces, meshes, unbounded solids, and [`BEYOND`].
-    left_out: [u64; 4],
+    extents: HashMap<Known, Extent>,
+    /// Number of vertices that `extents` were made from.
+    vertices: u64,
+    /// Counts of surfaces, meshes, unbounded solids, [`BEYOND`] and [`LATE`].
+    left_out: [u64; 5],
 }
 
 impl Measurer<'_> {
@@ -114,35 +198,46 @@ impl Measurer<'_> {
             let Some((_, own)) = self.shape(id, identity, count) else {
                 continue;
             };
-            let volume = self.or_left_out(own.volume(1.0, |p| p), count);
-            rows.extend(volume.map(|volume| Row {
-                name: shape_name(self.scene, id),
-                parts: 1,
-                volume,
-            }));
+            let volume = self.or_left_out(own.volume(&Affine::IDENTITY, 1.0), count);
+            if let Some(volume) = volume {
+                let extent = self.extent(id, &Affine::IDENTITY);
+                let name = shape_name(self.scene, id);
+                rows.push(Row::new(name, 1, volume, extent, self.density));
+            }
         }
         rows
     }
 
     fn roots(&mut self, instances: &Instances) -> Result<Vec<Row>, crate::scene::SceneError> {
         instances.check_enumerable()?;
-        let mut parts: Vec<Vec<(usize, Volume)>> = vec![Vec::new(); self.scene.roots.len()];
-        for instance in instances.iter(self.scene) {
+        let count = self.scene.roots.len();
+        let mut parts: Vec<Vec<(usize, Volume)>> = vec![Vec::new(); count];
+        let mut extents = vec![Extent::NOTHING; count];
+        for (seen, instance) in (0..).zip(instances.iter(self.scene)) {
             if self.progress.is_cancelled() {
                 break;
             }
+            if self.goal.is_late() {
+                self.left_out[LATE] += instances.count() - seen;
+                break;
+            }
             let root = instance.root as usize;
-            parts[root].extend(self.instance(&instance));
+            if let Some(part) = self.instance(&instance) {
+                parts[root].push(part);
+                let map = &instance.world_from_object;
+                extents[root] = extents[root].union(&self.extent(instance.shape, map));
+            }
         }
         let mut rows = Vec::new();
-        for (row, parts) in parts.iter().enumerate().filter(|(_, p)| !p.is_empty()) {
+        let all = parts.iter().zip(extents).enumerate();
+        for (row, (parts, extent)) in all.filter(|(_, (p, _))| !p.is_empty()) {
+            let count = parts.len() as u64;
             match together(parts) {
-                Some(volume) => rows.push(Row {
-                    name: root_name(self.scene, row),
-                    parts: parts.len() as u64,
-                    volume,
-                }),
-                None => self.left_out[BEYOND] += parts.len() as u64,
+                Some(volume) => {
+                    let name = root_name(self.scene, row);
+                    rows.push(Row::new(name, count, volume, extent, self.density));
+                }
+                None => self.left_out[BEYOND] += count,
             }
         }
         Ok(rows)
@@ -156,16 +251,29 @@ impl Measurer<'_> {
             Some(scale) => {
                 let identity = (&Affine::IDENTITY, &Affine::IDENTITY);
                 let (number, own) = self.shape(shape, identity, 1)?;
-                (number, own.volume(scale, |p| outward.point(p)))
+                (number, own.volume(outward, scale))
             }
             None => {
                 let (number, own) = self.shape(shape, (outward, inward), 1)?;
-                let to = outward.translation;
-                let there = |p: [f64; 3]| std::array::from_fn(|k| p[k] + to[k]);
-                (number, own.volume(1.0, there))
+                let moved = Affine::new(*Affine::IDENTITY.linear(), outward.translation);
+                (number, own.volume(&moved, 1.0))
             }
         };
         self.or_left_out(volume, 1).map(|volume| (number, volume))
+    }
+
+    /// Returns the box of a placed shape.
+    fn extent(&mut self, shape: ShapeId, map: &Affine) -> Extent {
+        let key = known(shape, map);
+        let (scene, vertices) = (self.scene, &mut self.vertices);
+        let own = self.extents.entry(key).or_insert_with(|| {
+            if let Shape::Mesh(id) = scene.shapes.row(shape) {
+                *vertices += scene.meshes.row(id).positions.len() as u64;
+            }
+            let linear = Affine::new(*map.linear(), [0.0; 3]);
+            extent(scene, shape, &linear, *vertices <= MOST_VERTICES)
+        });
+        own.moved(DVec3::from_array(map.translation))
     }
 
     fn or_left_out(&mut self, volume: Option<Volume>, count: u64) -> Option<Volume> {
@@ -183,8 +291,7 @@ impl Measurer<'_> {
         (outward, inward): (&Affine, &Affine),
         count: u64,
     ) -> Option<(usize, Measured)> {
-        let mut bits = outward.linear().as_flattened().iter().map(|x| x.to_bits());
-        let key = (id, std::array::from_fn(|_| bits.next().unwrap_or(0)));
+        let key = known(id, outward);
         if let Some(known) = self.known.get(&key) {
             return Some(*known);
         }
@@ -198,7 +305,11 @@ impl Measurer<'_> {
                     _ => mix(self.goal.seed ^ mix(number as u64)),
                 };
                 let goal = Goal { seed, ..self.goal };
-                let found = placed.measure(&goal, self.progress)?;
+                let found = placed.measure(&goal, self.progress);
+                if found.is_none() && self.goal.is_late() {
+                    self.left_out[LATE] += count;
+                }
+                let found = found?;
                 self.known.insert(key, (number, found));
                 Some((number, found))
             }
@@ -255,44 +366,90 @@ fn readable(x: f64, digits: usize) -> String {
     }
 }
 
+/// The most characters of a name in the table.
+const LONGEST_NAME: usize = 40;
+
+/// Shortens a name so that the table keeps its columns, and escapes what a terminal would
+/// obey.
+fn short(name: &str) -> String {
+    let head: String = name.chars().take(LONGEST_NAME + 1).collect();
+    let name = printable_line(&head);
+    match name.chars().count() > LONGEST_NAME {
+        true => name.chars().take(LONGEST_NAME - 1).chain(['…']).collect(),
+        false => name,
+    }
+}
+
+fn method_name(method: Method) -> &'static str {
+    match method {
+        Method::ClosedForm => "formula",
+        Method::Divergence => "divergence",
+        Method::Quadrature => "quadrature",
+        Method::Sampling => "sampling",
+    }
+}
+
 fn text_report(report: &Report) -> String {
     let mut text = String::new();
-    let width = report.solids.iter().map(|row| row.name.len()).max();
+    let names: Vec<String> = report.solids.iter().map(|row| short(&row.name)).collect();
+    let width = names.iter().map(|name| name.chars().count()).max();
     let width = width.unwrap_or(0).max(4);
     // Writing to a string cannot fail.
     let _ = writeln!(
         text,
-        "{:<width$} {:>6} {:>14} {:>9} {:>14} {:>9}   centroid",
-        "name", "parts", "volume", "±", "area", "±"
+        "{:<width$} {:>6} {:>14} {:>9} {:>14} {:>9} {:>10}   centroid",
+        "name", "parts", "volume", "±", "area", "±", "method"
     );
-    for Row {
-        name,
-        parts,
-        volume: v,
-    } in &report.solids
-    {
+    for (row, name) in report.solids.iter().zip(&names) {
+        let v = &row.volume;
         let centroid = v.centroid.map_or("none".into(), |centre| {
             centre.map(|x| readable(x, 5)).join(", ")
         });
         let _ = writeln!(
             text,
-            "{name:<width$} {parts:>6} {:>14} {:>9.1e} {:>14} {:>9.1e}   {centroid}{}",
+            "{name:<width$} {:>6} {:>14} {:>9.1e} {:>14} {:>9.1e} {:>10}   {centroid}{}",
+            row.parts,
             readable(v.volume, 7),
             v.volume_error,
             readable(v.area, 7),
             v.area_error,
+            method_name(v.method.max(v.area_method)),
             if v.is_rough { "  (rough)" } else { "" }
         );
     }
+    for (row, name) in report.solids.iter().zip(&names) {
+        let Some(mass) = &row.mass else {
+            continue;
+        };
+        let _ = writeln!(
+            text,
+            "\n{name}: mass {} ± {:.1e}, inertia about the centroid",
+            readable(mass.mass, 7),
+            mass.mass_error
+        );
+        match (&mass.inertia, mass.inertia_error) {
+            (Some(tensor), Some(error)) => {
+                for line in tensor {
+                    let line = line.map(|x| format!("{:>14}", readable(x, 7)));
+                    let _ = writeln!(text, "  {}", line.join(" "));
+                }
+                let _ = writeln!(text, "  each ± {error:.1e}");
+            }
+            _ => {
+                let _ = writeln!(text, "  unknown: there is no volume, or it is beyond f64");
+            }
+        }
+    }
     let _ = writeln!(
         text,
-        "\n± is the half-width of the 95 % confidence interval; parts that overlap count twice"
+        "\n± of formula and divergence is a bound on roundings, of quadrature an estimate, of sampling \
+         the half-width of the 95 % confidence interval; parts that overlap count twice"
     );
     if report.solids.iter().any(|row| row.volume.is_rough) {
         let _ = writeln!(
             text,
-            "rough: less accurate than requested; too thin for the number of lines, or empty \
-             (volume 0: none of at least 2^18 lines hit it)"
+            "rough: less accurate than requested; too thin for the number of lines, out of time, \
+             or empty (volume 0: none of at least 2^18 lines hit it)"
         );
     }
     for (count, what) in [
@@ -305,6 +462,10 @@ fn text_report(report: &Report) -> String {
         (
             report.beyond_left_out,
             "solids of a size whose square or cube is beyond f64's range: scale them first",
+        ),
+        (
+            report.late_left_out,
+            "instances that the time limit left no figures for",
         ),
     ] {
         if count > 0 {

@@ -7,7 +7,7 @@ use super::output::{Results, check_destinations, printable_line};
 use super::pipeline::{Prepared, prepare};
 use crate::accel::{TlasEntry, World};
 use crate::measure::{InstanceNames, Stats, Watch};
-use crate::plan::{remarks, searched, solved, stacked, unbounded};
+use crate::plan::{remarks, searched, solved, spindle, stacked, unbounded};
 use crate::scene::{Shape, ShapeId, Tables, shape_bounds};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -122,10 +122,10 @@ fn report(prepared: &Prepared, world: &World) -> Report {
             });
         }
     }
-    notes.extend(
-        met.into_iter()
-            .filter_map(|row| solved(scene, ShapeId(row))),
-    );
+    for row in met {
+        notes.extend(solved(scene, ShapeId(row)));
+        notes.extend(spindle(scene, ShapeId(row)));
+    }
     notes.extend(stacked(scene));
     notes.extend(without_world_bounds(world));
     let reasons = prepared.plan.reasons.iter();

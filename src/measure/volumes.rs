@@ -1,82 +1,73 @@
-//! Volume, area and centroid of solids, by random lines.
+//! Mass properties of solids: volume, area, centroid and second moments.
 //!
-//! Lines through a solid's box have all directions and positions, distributed by a
-//! low-discrepancy sequence (Roberts' R sequence in four dimensions). The length of a
-//! line inside the solid is a sample of its volume, and each boundary that it crosses
-//! is a sample of its surface (Cauchy and Crofton; Santaló, Integral Geometry and
-//! Geometric Probability, 1976): for lines with density 1 per area across their
-//! direction, the chords sum up to the volume and the crossings to half the area. The
-//! error is estimated from independent repetitions with shifted sequences. If 2^18
-//! lines hit nothing, and the expected number of hits of the remaining lines could not
-//! reach the goal, the measurement ends with volume 0 and an absolute error.
+//! Each solid is measured by the most certain of four ways that applies ([`Method`]):
+//! formulas of primitives under affine maps, the divergence theorem for closed meshes,
+//! nested quadrature for CSG and implicit surfaces, and random lines where quadrature is
+//! out of reach: solids with meshes as operands, and those whose boundaries have too many
+//! pieces. Figures carry their errors; `Method` says what these are.
 
+mod body;
+mod closed;
+mod extent;
+mod kronrod;
+pub mod moments;
 mod placed;
+mod quadrature;
+mod sampling;
+mod triangles;
 
 #[cfg(test)]
 mod tests;
 
+pub use body::Method;
+pub use extent::{Extent, extent};
 pub use placed::{NoVolume, Placed};
 
+use crate::math::Affine;
 use crate::render::{Progress, mix, unit};
 use crate::trace::TraceScratch;
+use body::Body;
 use glam::DVec3;
-use rayon::prelude::*;
+use moments::{Symmetric, mapped, outer, plus};
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::time::Instant;
 
-/// Number of independent estimates; their spread gives the error.
-const REPETITIONS: u64 = 32;
-
-/// Student's t of 31 degrees of freedom, two-sided, 95 %.
-const STUDENT: f64 = 2.0395;
-
-/// Number of lines without a hit after which the solid may be taken as empty.
-const LEAST_EMPTY: u64 = 1 << 18;
-
-/// If none of N lines hits, then with 95 % confidence fewer than 3 in N do.
-const RULE_OF_THREE: f64 = 3.0;
-
-/// Volume, area and centroid, in the scene's unit, its square and its cube.
+/// Figures in the scene's unit and its powers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Volume {
     pub volume: f64,
-    /// Half-width of the 95 % confidence interval of the volume.
     pub volume_error: f64,
+    /// How volume, centroid and second moments were found.
+    pub method: Method,
     pub area: f64,
     pub area_error: f64,
+    pub area_method: Method,
     /// World space; `None` without volume.
     pub centroid: Option<[f64; 3]>,
+    /// Of the distance between `centroid` and the exact one.
+    pub centroid_error: f64,
+    /// Second moments about the centroid along world axes; `None` without volume, or where
+    /// f64 cannot hold them.
+    #[serde(skip)]
+    pub spread: Option<Symmetric>,
+    #[serde(skip)]
+    pub spread_error: f64,
     pub lines: u64,
-    /// Errors exceed the goal: the solid is too thin for the allowed number of lines.
+    /// Errors exceed the goal: the solid is too thin for the allowed number of lines, or
+    /// the time was up.
     pub is_rough: bool,
 }
 
 impl Volume {
-    /// Converts a volume in lengths of `unit` to the scene's unit. Returns `None` where
-    /// f64 cannot hold a figure.
-    fn of_units(self, unit: f64) -> Option<Volume> {
-        // The products are taken one factor at a time, so that no intermediate result
-        // overflows if the final one does not.
-        let square = |x: f64| x * unit * unit;
-        let cube = |x: f64| x * unit * unit * unit;
-        let error = |own: f64, whole: f64| match own > 0.0 {
-            true => whole.max(f64::MIN_POSITIVE),
-            false => whole,
-        };
-        let whole = Volume {
-            volume: cube(self.volume),
-            volume_error: error(self.volume_error, cube(self.volume_error)),
-            area: square(self.area),
-            area_error: error(self.area_error, square(self.area_error)),
-            ..self
-        };
-        let same = |own: f64, whole: f64| own == 0.0 || whole.is_normal();
-        let is_known = same(self.volume, whole.volume) && same(self.area, whole.area);
-        (is_known && whole.is_finite()).then_some(whole)
-    }
-
     fn is_finite(&self) -> bool {
-        let figures = [self.volume, self.volume_error, self.area, self.area_error];
+        let figures = [
+            self.volume,
+            self.volume_error,
+            self.area,
+            self.area_error,
+            self.centroid_error,
+        ];
         let centroid = self.centroid.unwrap_or_default();
         figures.iter().chain(&centroid).all(|x| x.is_finite())
     }
@@ -86,20 +77,59 @@ impl Volume {
 /// smallest and largest solids, whose cubes f64 does not hold.
 #[derive(Clone, Copy, Debug)]
 pub struct Measured {
-    /// The figures; only the centroid is in the scene's unit.
-    own: Volume,
+    /// About `center`.
+    own: Body,
+    /// In the scene's unit.
+    center: DVec3,
     unit: f64,
+    lines: u64,
+    is_rough: bool,
 }
 
 impl Measured {
-    /// Returns the figures with all lengths scaled by `scale`, and the centroid mapped
-    /// by `place`. Returns `None` where f64 cannot hold a figure.
-    pub fn volume(&self, scale: f64, place: impl Fn([f64; 3]) -> [f64; 3]) -> Option<Volume> {
-        let placed = Volume {
-            centroid: self.own.centroid.map(place),
-            ..self.own
+    /// Returns the figures under a similarity that scales by `scale`, or, with a scale of
+    /// 1, a translation. Returns `None` where f64 cannot hold a figure.
+    pub fn volume(&self, map: &Affine, scale: f64) -> Option<Volume> {
+        let Body { volume, area, .. } = self.own;
+        let unit = self.unit * scale;
+        // The products are taken one factor at a time, so that no intermediate result
+        // overflows if the final one does not.
+        let power = |x: f64, n: u32| (0..n).fold(x, |x, _| x * unit);
+        let error = |own: f64, n: u32| match own > 0.0 {
+            true => power(own, n).max(f64::MIN_POSITIVE),
+            false => power(own, n),
         };
-        placed.of_units(self.unit * scale)
+        let placed = |p: DVec3| map.point((self.center + p * self.unit).to_array());
+        // The roundings of the map and of the sum.
+        let rounded = |p: &[f64; 3]| {
+            let far = p.iter().chain(&map.translation).chain(self.center.as_ref());
+            far.fold(0.0, |m: f64, x| m.max(x.abs())) * (16.0 * f64::EPSILON)
+        };
+        let centroid = (volume > 0.0).then(|| placed(self.own.centroid));
+        let turn = map.linear().map(|c| DVec3::from_array(c) / scale);
+        let spread = mapped(turn, &self.own.spread).map(|x| power(x, 5));
+        let spread = (volume > 0.0 && spread.iter().all(|x| x.is_finite())).then_some(spread);
+        let whole = Volume {
+            volume: power(volume, 3),
+            volume_error: error(self.own.volume_error, 3),
+            method: self.own.method,
+            area: power(area, 2),
+            area_error: error(self.own.area_error, 2),
+            area_method: self.own.area_method,
+            centroid,
+            centroid_error: match &centroid {
+                Some(p) => self.own.centroid_error * unit + rounded(p),
+                None => 0.0,
+            },
+            spread,
+            // An entry of the turned matrix sums nine others.
+            spread_error: error(self.own.spread_error, 5) * 3.0,
+            lines: self.lines,
+            is_rough: self.is_rough,
+        };
+        let same = |own: f64, whole: f64| own == 0.0 || whole.is_normal();
+        let is_known = same(volume, whole.volume) && same(area, whole.area);
+        (is_known && whole.is_finite()).then_some(whole)
     }
 }
 
@@ -111,6 +141,8 @@ pub struct Goal {
     /// Maximum number of lines per solid.
     pub most_lines: u64,
     pub seed: u64,
+    /// When to stop with what there is.
+    pub deadline: Option<Instant>,
 }
 
 impl Default for Goal {
@@ -119,191 +151,216 @@ impl Default for Goal {
             relative: 5e-4,
             most_lines: 1 << 24,
             seed: 0,
+            deadline: None,
         }
     }
 }
 
 impl Goal {
-    /// Returns whether `lines` without a hit put the goal out of reach: the hits still
-    /// to be expected would leave a relative error of about 2 / √hits.
-    fn is_beyond(&self, lines: u64) -> bool {
-        let hits = RULE_OF_THREE * self.most_lines as f64 / lines as f64;
-        lines >= LEAST_EMPTY && hits * self.relative * self.relative < 4.0
+    fn is_reached(&self, body: &Body) -> bool {
+        body.volume_error <= self.relative * body.volume
+            && body.area_error <= self.relative * body.area
+    }
+
+    pub fn is_late(&self) -> bool {
+        self.deadline.is_some_and(|end| Instant::now() >= end)
+    }
+
+    fn is_stopped(&self, progress: &Progress) -> bool {
+        progress.is_cancelled() || self.is_late()
     }
 }
+
+/// Random lines against which quadrature is checked, and by how many half-widths of their
+/// 95 % interval figures may be off: by chance, less than one in a million is.
+const PLAUSIBLE_LINES: u64 = 1 << 14;
+const PLAUSIBLE_WIDTHS: f64 = 4.0;
+
+/// Lines that look for places where a closed mesh overlaps itself.
+const CHECK_LINES: u64 = 1 << 11;
 
 impl Placed<'_> {
-    /// Measures the solid on the current rayon pool. Returns `None` if cancelled.
+    /// Measures the solid on the current rayon pool. Returns `None` if cancelled, or if
+    /// time is up before there are figures.
     pub fn measure(&self, goal: &Goal, progress: &Progress) -> Option<Measured> {
-        let mut sums = vec![Sums::default(); REPETITIONS as usize];
-        // The first round has enough lines for a meaningful spread of the repetitions.
-        let (mut from, mut to) = (0, 1 << 11);
-        loop {
-            let added: Vec<Sums> = (0..REPETITIONS)
-                .into_par_iter()
-                .map(|r| self.repetition(r, from..to, goal.seed, progress))
-                .collect();
-            if progress.is_cancelled() {
-                return None;
-            }
-            for (sum, added) in sums.iter_mut().zip(&added) {
-                sum.add(added);
-            }
-            let found = self.estimate(&sums, to);
-            let fine = found.volume_error <= goal.relative * found.volume
-                && found.area_error <= goal.relative * found.area;
-            let empty = sums.iter().all(|s| s.crossings == 0.0);
-            let hopeless = empty && goal.is_beyond(to * REPETITIONS);
-            if fine || hopeless || to * 2 * REPETITIONS > goal.most_lines {
-                let own = Volume {
-                    is_rough: !fine,
-                    ..found
-                };
-                let unit = self.unit;
-                return Some(Measured { own, unit });
-            }
-            (from, to) = (to, to * 2);
+        progress.start(100);
+        let with = |own, center, lines, is_rough| Measured {
+            own,
+            center,
+            unit: self.unit,
+            lines,
+            is_rough,
+        };
+        let linear = &self.world_from_object;
+        if let Some(found) = closed::closed_form(self.scene, self.id, linear, self.unit) {
+            let center = DVec3::from_array(linear.point(found.center.to_array()));
+            return Some(with(found.body, center, 0, !goal.is_reached(&found.body)));
         }
+        let center = self.bounds.center();
+        if let Some(body) = self.by_divergence(goal, progress) {
+            return Some(with(body, center, CHECK_LINES, !goal.is_reached(&body)));
+        }
+        let mut lines = 0;
+        let mut best = None;
+        if !self.has_meshes() {
+            // Half of the time is left to sampling.
+            let half = |end: Instant| {
+                let now = Instant::now();
+                now + end.saturating_duration_since(now) / 2
+            };
+            let own = Goal {
+                deadline: goal.deadline.map(half),
+                ..*goal
+            };
+            let found = self.by_quadrature(&own, goal.most_lines, progress);
+            if let Some(found) = found.filter(|f| self.is_plausible(&f.body, goal, progress)) {
+                if goal.is_reached(&found.body) {
+                    return Some(with(found.body, center, found.lines, false));
+                }
+                lines += found.lines;
+                best = Some(found.body);
+            }
+        }
+        let found = match goal.is_stopped(progress) {
+            true => None,
+            false => self.by_sampling(goal, progress),
+        };
+        if progress.is_cancelled() {
+            return None;
+        }
+        lines += found.as_ref().map_or(0, |found| found.lines);
+        let of_sampling = found.map(|found| (found.body, found.is_fine));
+        let (body, is_fine) = match (best, of_sampling) {
+            (Some(body), Some((other, false))) if body.relative() <= other.relative() => {
+                (body, false)
+            }
+            (Some(body), None) => (body, false),
+            (_, sampled) => sampled?,
+        };
+        Some(with(body, center, lines, !is_fine))
     }
 
-    fn repetition(
-        &self,
-        number: u64,
-        lines: std::ops::Range<u64>,
-        seed: u64,
-        progress: &Progress,
-    ) -> Sums {
-        let shift: [f64; 4] =
-            std::array::from_fn(|k| unit(mix(mix(seed) ^ (number * 4 + k as u64))));
+    /// Returns whether random lines agree with the figures of quadrature, to the accuracy of a
+    /// few thousand lines: a feature that all nodes miss shows here.
+    fn is_plausible(&self, body: &Body, goal: &Goal, progress: &Progress) -> bool {
+        let few = Goal {
+            most_lines: PLAUSIBLE_LINES,
+            ..*goal
+        };
+        let Some(found) = self.by_sampling(&few, progress) else {
+            return true;
+        };
+        let sampled = found.body;
+        let near = |a: f64, b: f64, error: f64, width: f64| {
+            (a - b).abs() <= error + PLAUSIBLE_WIDTHS * width
+        };
+        let (volume, area) = (sampled.volume, sampled.area);
+        near(body.volume, volume, body.volume_error, sampled.volume_error)
+            && near(body.area, area, body.area_error, sampled.area_error)
+    }
+
+    /// The figures of a closed mesh; `None` of other solids, and of a mesh that seems to
+    /// overlap itself, where what is inside twice is outside (docs/SPEC.md, S42).
+    fn by_divergence(&self, goal: &Goal, progress: &Progress) -> Option<Body> {
+        let mesh = self.scene.meshes.row(self.mesh()?);
         let (center, half) = (self.bounds.center(), self.bounds.extent() * 0.5);
-        let short = |x: f64| x / self.unit;
-        let (mut sums, scratch) = (Sums::default(), &mut TraceScratch::default());
-        for i in lines {
-            if i % 1024 == 0 && progress.is_cancelled() {
+        let (mut turned, scratch) = ([false; 2], &mut TraceScratch::default());
+        for i in 0..CHECK_LINES {
+            if goal.is_stopped(progress) {
                 break;
             }
-            let at: [f64; 4] = std::array::from_fn(|k| {
-                let x = shift[k] + STEPS[k] * i as f64;
-                x - libm::floor(x)
-            });
-            // Half of all directions suffice: a line has no orientation.
-            let (z, turn) = (at[0], at[1] * std::f64::consts::TAU);
-            let radius = (1.0 - z * z).max(0.0).sqrt();
-            let (sin, cos) = libm::sincos(turn);
-            let dir = DVec3::new(radius * cos, radius * sin, z);
-            let (u, v) = dir.any_orthonormal_pair();
-            // The box's projection lies inside this rectangle.
-            let [a, b] = [u, v].map(|axis| half.dot(axis.abs()));
-            let across = u * (a * (2.0 * at[2] - 1.0)) + v * (b * (2.0 * at[3] - 1.0));
-            let area = 4.0 * short(a) * short(b);
-            self.spans(center + across, dir, scratch, |enter, exit, off| {
-                let chord = short(exit - enter);
-                sums.volume += area * chord;
-                sums.off += area * short(off);
-                sums.crossings += 2.0 * area;
-                let middle = across + dir * (0.5 * (enter + exit));
-                sums.moment += middle / self.unit * (area * chord);
-            });
+            let random = |k: u64| unit(mix(mix(goal.seed) ^ (i * 6 + k))) * 2.0 - 1.0;
+            let at = |k: u64| center + half * DVec3::new(random(k), random(k + 1), random(k + 2));
+            let (org, to) = (at(0), at(3));
+            if org != to {
+                let dir = (to - org) / self.unit;
+                self.ends(org, dir, scratch, |end| {
+                    turned[usize::from(end.is_turned)] = true
+                });
+            }
         }
-        sums
-    }
-
-    /// Estimates the figures; `lines` is the number of lines of each repetition.
-    fn estimate(&self, sums: &[Sums], lines: u64) -> Volume {
-        let (n, center) = (lines as f64, self.bounds.center());
-        let mean_and_error = |of: &dyn Fn(&Sums) -> f64| {
-            let values: Vec<f64> = sums.iter().map(|s| of(s) / n).collect();
-            let count = values.len() as f64;
-            let mean = values.iter().sum::<f64>() / count;
-            let away = root_of_squares(values.iter().map(|x| x - mean));
-            let deviation = away / (count - 1.0).sqrt();
-            (mean, STUDENT * deviation / count.sqrt())
+        if turned == [true; 2] {
+            return None;
+        }
+        let linear = self.world_from_object.linear().map(DVec3::from_array);
+        let place = |p: [f32; 3]| {
+            let p = DVec3::from_array(p.map(f64::from)) + mesh.center;
+            let there = linear[0] * p.x + linear[1] * p.y + linear[2] * p.z;
+            (there - center) / self.unit
         };
-        let (volume, spread) = mean_and_error(&|s| s.volume);
-        let volume_error = spread + mean_and_error(&|s| s.off).0;
-        // A crossing, summed over all directions, counts half the area.
-        let (area, area_error) = mean_and_error(&|s| 2.0 * s.crossings);
-        let moment = sums.iter().fold(DVec3::ZERO, |m, s| m + s.moment);
-        let whole: f64 = sums.iter().map(|s| s.volume).sum();
-        if sums.iter().all(|s| s.crossings == 0.0) {
-            // At most a square of the diagonal is crossed, over at most a diagonal's
-            // length.
-            let diagonal = (self.bounds.extent() / self.unit).length();
-            let share = RULE_OF_THREE / (n * sums.len() as f64) * diagonal * diagonal;
-            return Volume {
-                volume_error: share * diagonal,
-                area_error: share * 4.0,
-                lines: lines * sums.len() as u64,
-                ..Volume::default()
-            };
+        let corners = (0..mesh.triangles.len()).map(|i| mesh.corners(i).map(place));
+        let mut body = triangles::body(corners)?;
+        // Corners are rounded as they are placed.
+        let far = self.bounds.max_abs() / self.unit * (8.0 * f64::EPSILON);
+        body.volume_error += far * body.area;
+        body.area_error += far * 8.0;
+        if body.volume > 0.0 {
+            body.centroid_error += far * (1.0 + body.area / body.volume);
         }
-        Volume {
-            volume,
-            volume_error,
-            area,
-            area_error,
-            centroid: (whole > 0.0).then(|| (center + moment / whole * self.unit).to_array()),
-            lines: lines * sums.len() as u64,
-            is_rough: false,
-        }
+        body.spread_error += far * body.area;
+        Some(body)
     }
 }
 
-/// Powers of the reciprocal root of x⁵ = x + 1.
-const STEPS: [f64; 4] = [
-    0.856_674_883_854_502_9,
-    0.733_891_856_627_126_1,
-    0.628_706_721_037_808_6,
-    0.538_597_257_223_612_3,
-];
-
-/// Sums over lines, in lengths of the solid's unit.
-#[derive(Clone, Copy, Debug, Default)]
-struct Sums {
-    volume: f64,
-    /// Bound on the rounding error of `volume`.
-    off: f64,
-    crossings: f64,
-    /// First moment about the centre of the box.
-    moment: DVec3,
-}
-
-impl Sums {
-    fn add(&mut self, other: &Sums) {
-        self.volume += other.volume;
-        self.off += other.off;
-        self.crossings += other.crossings;
-        self.moment += other.moment;
+impl Body {
+    fn relative(&self) -> f64 {
+        (self.volume_error / self.volume).max(self.area_error / self.area)
     }
 }
 
 /// Sums several solids as if none overlapped. Each comes with the number of its
-/// measurement: errors with the same number are fully correlated, others are
-/// independent. Returns `None` where f64 cannot hold a sum.
+/// measurement: errors of sampling with the same number are fully correlated, others are
+/// independent; errors of all other methods are bounds, and add up. Returns `None` where
+/// f64 cannot hold a sum.
 pub fn together(all: &[(usize, Volume)]) -> Option<Volume> {
+    if let [(_, one)] = all {
+        return Some(*one);
+    }
     let mut sum = Volume::default();
     let mut errors = BTreeMap::<usize, [f64; 2]>::new();
+    let mut bounds = [0.0; 2];
     for (number, one) in all {
         sum.volume += one.volume;
         sum.area += one.area;
         sum.lines += one.lines;
         sum.is_rough |= one.is_rough;
-        let [volume, area] = errors.entry(*number).or_default();
-        *volume += one.volume_error;
-        *area += one.area_error;
+        sum.method = sum.method.max(one.method);
+        sum.area_method = sum.area_method.max(one.area_method);
+        if one.method == Method::Sampling {
+            let [volume, area] = errors.entry(*number).or_default();
+            *volume += one.volume_error;
+            *area += one.area_error;
+        } else {
+            bounds[0] += one.volume_error;
+            bounds[1] += one.area_error;
+        }
     }
     [sum.volume_error, sum.area_error] =
-        [0, 1].map(|k| root_of_squares(errors.values().map(|e| e[k])));
-    sum.centroid = (sum.volume > 0.0).then(|| {
-        let share = |one: &Volume| {
-            let centroid = one.centroid.map_or(DVec3::ZERO, DVec3::from_array);
-            centroid * (one.volume / sum.volume)
-        };
-        all.iter()
-            .map(|(_, one)| share(one))
-            .sum::<DVec3>()
-            .to_array()
-    });
+        [0, 1].map(|k| bounds[k] + root_of_squares(errors.values().map(|e| e[k])));
+    if sum.volume > 0.0 {
+        let centroid = |one: &Volume| one.centroid.map_or(DVec3::ZERO, DVec3::from_array);
+        let whole = all
+            .iter()
+            .map(|(_, one)| centroid(one) * (one.volume / sum.volume))
+            .sum::<DVec3>();
+        sum.centroid = Some(whole.to_array());
+        let mut spread = [0.0; 6];
+        let mut is_known = true;
+        for (_, one) in all {
+            let arm = centroid(one) - whole;
+            let share = one.volume / sum.volume;
+            let off = one.volume_error / sum.volume;
+            sum.centroid_error += one.centroid_error * share + off * arm.length();
+            is_known &= one.spread.is_some() || one.volume == 0.0;
+            let own = one.spread.unwrap_or_default();
+            spread = plus(spread, plus(own, outer(arm, one.volume)));
+            sum.spread_error += one.spread_error
+                + one.volume_error * arm.length_squared()
+                + 2.0 * one.volume * one.centroid_error * arm.length();
+        }
+        is_known &= spread.iter().all(|x| x.is_finite());
+        sum.spread = is_known.then_some(spread);
+    }
     sum.is_finite().then_some(sum)
 }
 

@@ -26,8 +26,9 @@ use values::{
     GrowthRange, ReuseChoice, Sweeps, parse_accel, parse_accels, parse_aovs, parse_bench_builds,
     parse_build, parse_caching, parse_cachings, parse_coefficients, parse_error, parse_generated,
     parse_grid, parse_growth, parse_interval, parse_kd_clip, parse_kd_stop, parse_kinds,
-    parse_lanes, parse_offset, parse_order, parse_page, parse_peers, parse_precision, parse_reuse,
-    parse_scale, parse_size, parse_solver, parse_sweeps,
+    parse_lanes, parse_offset, parse_order, parse_page, parse_peers, parse_positive,
+    parse_precision, parse_reuse, parse_scale, parse_seconds, parse_size, parse_solver,
+    parse_sweeps,
 };
 
 #[derive(Args)]
@@ -237,9 +238,15 @@ pub struct MeasureArgs {
     /// Print one line per instanced shape, in its own space, instead of one per root
     #[arg(long)]
     pub per_shape: bool,
-    /// Relative half-width of the 95 % confidence interval of volume and area to reach
+    /// Relative error of volume and area to reach, where no formula gives them
     #[arg(long, value_name = "R", default_value_t = 5e-4, value_parser = parse_error)]
     pub error: f64,
+    /// Print mass and inertia tensor too, of this mass per unit of volume
+    #[arg(long, value_name = "D", value_parser = parse_positive)]
+    pub density: Option<f64>,
+    /// Stop after that many seconds, and print what is known then
+    #[arg(long, value_name = "S", value_parser = parse_seconds)]
+    pub time_limit: Option<f64>,
     /// Seed of the lines
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,

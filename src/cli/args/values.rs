@@ -123,6 +123,20 @@ pub fn parse_error(text: &str) -> Result<f64, String> {
     }
 }
 
+pub fn parse_positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x > 0.0 && x.is_finite() => Ok(x),
+        _ => Err("write a number above 0, such as 7850".into()),
+    }
+}
+
+pub fn parse_seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x > 0.0 && x <= 1e9 => Ok(x),
+        _ => Err("write a number of seconds above 0, such as 30".into()),
+    }
+}
+
 pub fn parse_grid(text: &str) -> Result<Grid, String> {
     one_of(
         text,

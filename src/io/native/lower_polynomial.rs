@@ -10,6 +10,7 @@ use super::source_spans::At;
 use super::tree::Source;
 use crate::LoadError;
 use crate::geom::formula::Formula;
+use crate::geom::implicit::torus;
 use crate::geom::tape::{Builder, MAX_DEGREE};
 use crate::geom::{Clip, Cuboid, Sphere, Tape};
 use crate::roots::Solver;
@@ -69,7 +70,7 @@ pub(super) fn polynomial(
     let tape = if let Some(torus) = &row.torus {
         positive(source, "major", &torus.major)?;
         positive(source, "minor", &torus.minor)?;
-        of_torus(torus.major.value, torus.minor.value)
+        torus::tape_of(torus.major.value, torus.minor.value)
     } else if let Some(superquadric) = &row.superquadric {
         of_superquadric(source, superquadric)?
     } else if let Some(cubic) = &row.cubic {
@@ -210,30 +211,6 @@ fn of_expression(source: &Source, row: &Shape) -> Result<Surface> {
 
 fn placed(source: &Source, at: usize, text: &str, fault: Fault) -> LoadError {
     source.error(source.within(at, text, fault.at), fault.message)
-}
-
-/// (x² + y² + z² + R² − r²)² − 4R²(x² + z²), of these very numbers: their squares are
-/// steps of their own.
-fn of_torus(major: f64, minor: f64) -> Tape {
-    let mut b = Builder::default();
-    let [xx, yy, zz] = [0, 1, 2].map(|axis| {
-        let coordinate = b.coordinate(axis);
-        b.power(coordinate, 2)
-    });
-    let round = b.sum(xx, zz);
-    let squares = b.sum(round, yy);
-    let [major, minor] = [major, minor].map(|radius| {
-        let radius = b.constant(radius);
-        b.power(radius, 2)
-    });
-    let sum = b.sum(squares, major);
-    let sum = b.difference(sum, minor);
-    let sum = b.power(sum, 2);
-    let four = b.constant(4.0);
-    let major = b.product(four, major);
-    let ring = b.product(major, round);
-    let last = b.difference(sum, ring);
-    b.finish(last)
 }
 
 /// x^p / a^p + y^q / b^q + z^r / c^r − 1; the three factors are rounded once.

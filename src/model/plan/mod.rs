@@ -9,7 +9,7 @@ mod choices;
 mod lint;
 
 pub use choices::{Choices, LaneCount, Precision};
-pub use lint::{remarks, searched, solved, stacked, unbounded};
+pub use lint::{remarks, searched, solved, spindle, stacked, unbounded};
 
 use crate::scene::{Instances, Scene, SceneError, Shape};
 use thiserror::Error;

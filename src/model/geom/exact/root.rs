@@ -72,6 +72,12 @@ impl<'a> Root<'a> {
         self.surface.normal_near(&self.line, t)
     }
 
+    /// Returns a number of the smooth face that is crossed. Roots of one face of one solid
+    /// have equal numbers.
+    pub fn face_number(&self) -> u64 {
+        self.surface.number()
+    }
+
     /// Orders by t, exactly.
     #[inline]
     pub fn order(&self, other: &Root) -> Ordering {

@@ -96,6 +96,37 @@ impl Surface<'_> {
         }
     }
 
+    /// Returns a number that tells the faces of one primitive apart. Planes differ by their
+    /// coefficients, and triangles by their corners; all other kinds have one face each, but
+    /// cones three.
+    pub fn number(&self) -> u64 {
+        let folded = |kind: u64, numbers: &[f64]| {
+            let fold = |sum: u64, x: &f64| (sum ^ x.to_bits()).wrapping_mul(0x0100_0000_01b3);
+            numbers.iter().fold(kind, fold)
+        };
+        match self {
+            Surface::Plane { normal, offset } => {
+                let [x, y, z] = *normal;
+                folded(0xcbf2_9ce4_8422_2325, &[x, y, z, *offset])
+            }
+            Surface::PlaneThrough { normal, point } => {
+                let ([a, b, c], [x, y, z]) = (*normal, *point);
+                folded(0x6c62_272e_07bb_0142, &[a, b, c, x, y, z])
+            }
+            Surface::Cap { at_top, .. } => 1 + u64::from(*at_top),
+            Surface::Facet(corners) => {
+                let [a, b, c] = corners.map(|c| c.map(f64::from));
+                folded(0x517c_c1b7_2722_0a95, [a, b, c].as_flattened())
+            }
+            Surface::Sphere { .. } => 4,
+            Surface::Ellipsoid { .. } => 5,
+            Surface::Quadric(_) => 6,
+            Surface::Implicit(_) => 7,
+            Surface::LevelSet { .. } => 8,
+            Surface::Side(_) => 9,
+        }
+    }
+
     /// Returns [a, b, c] of f(t) = a t² + 2b t + c along the line, with t counted from `shift`. f
     /// is below zero inside, or on the side of a plane opposite to its normal.
     ///

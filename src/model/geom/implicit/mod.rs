@@ -4,6 +4,7 @@ pub(super) mod check;
 pub(super) mod exact;
 pub mod guarded;
 mod table;
+pub mod torus;
 
 pub use table::Implicits;
 

@@ -5,5 +5,5 @@ mod logic;
 mod solids;
 mod stacked;
 
-pub use solids::{remarks, searched, solved, unbounded};
+pub use solids::{remarks, searched, solved, spindle, unbounded};
 pub use stacked::stacked;

@@ -6,6 +6,7 @@
 
 use super::coplanar::coplanar;
 use super::logic::{Logic, logic};
+use crate::geom::implicit::torus::radii_of;
 use crate::math::Aabb;
 use crate::roots::Solver;
 use crate::scene::{
@@ -68,6 +69,26 @@ pub fn solved(tables: &Tables, shape: ShapeId) -> Option<String> {
             "{name}: the solver '{}' finds where rays meet it in fast, and is taken at its word; \
              the other precisions decide that exactly",
             solver.name()
+        )
+    })
+}
+
+/// Reports a solid torus that passes through itself: what its tube fills twice is outside
+/// (docs/SPEC.md, S29).
+pub fn spindle(tables: &Tables, shape: ShapeId) -> Option<String> {
+    let Shape::Implicit(id) = tables.shapes.row(shape) else {
+        return None;
+    };
+    let row = tables.implicits.row(id);
+    let [major, minor] = radii_of(row.tape).filter(|_| !row.open)?;
+    (minor > major).then(|| {
+        let name = label(tables, shape);
+        // (r − R)(r + R) loses no digits where the radii are close.
+        let radius = ((minor - major) * (minor + major)).sqrt();
+        format!(
+            "{name} is a torus that passes through itself (minor > major), and hollow: what its \
+             tube fills twice is outside; to fill it, unite it with a sphere of radius {radius} \
+             about its centre"
         )
     })
 }

@@ -22,8 +22,8 @@ pub struct Sample {
     pub errors: Figures,
     /// Equal where the same formula holds.
     pub signature: u64,
-    /// Middles of the panels of an integral: where narrow pieces are found again, once
-    /// they are known.
+    /// Middles of the pieces of an integral: where narrow ones are found again, once they
+    /// are known.
     pub middles: Vec<f64>,
 }
 
@@ -137,26 +137,31 @@ where
         false => splits.windows(2).map(panel).collect(),
     };
     let mut whole = Sample::default();
-    let mut last = None;
     for pieces in &panels {
         whole.add(&pieces.sum);
-        for (signature, middle) in &pieces.signatures {
-            if last != Some(*signature) {
-                let sum = whole.signature ^ *signature;
-                whole.signature = sum.wrapping_mul(0x0100_0000_01b3).rotate_left(29);
-                last = Some(*signature);
-            }
-            whole.middles.push(*middle);
-        }
+    }
+    let all: Vec<&Run> = panels.iter().flat_map(|pieces| &pieces.runs).collect();
+    for run in all.chunk_by(|a, b| a.signature == b.signature) {
+        let [first, last] = [run[0], run[run.len() - 1]];
+        let sum = whole.signature ^ first.signature;
+        whole.signature = sum.wrapping_mul(0x0100_0000_01b3).rotate_left(29);
+        whole.middles.push(0.5 * (first.from + last.to));
     }
     whole
 }
 
-/// An integral over a panel, and the signatures and middles of the pieces it fell into.
+/// An integral over a panel, and the pieces it fell into.
 #[derive(Default)]
 struct Pieces {
     sum: Sample,
-    signatures: Vec<(u64, f64)>,
+    runs: Vec<Run>,
+}
+
+/// A range in which one formula holds.
+struct Run {
+    signature: u64,
+    from: f64,
+    to: f64,
 }
 
 /// Two places close to each other with different signatures.
@@ -165,6 +170,16 @@ struct Cut {
     high: f64,
     left: Sample,
     right: Sample,
+}
+
+/// Returns where the middles of two samples of the same pieces point to at `x`.
+fn pointed_to(before: Option<&(f64, Sample)>, (at, now): (f64, &Sample), x: f64) -> Vec<f64> {
+    let Some((from, old)) = before.filter(|(_, old)| old.signature == now.signature) else {
+        return Vec::new();
+    };
+    let share = (x - at) / (at - from);
+    let pairs = now.middles.iter().zip(&old.middles);
+    pairs.map(|(n, o)| n + (n - o) * share).collect()
 }
 
 fn rising(mut places: Vec<f64>) -> Vec<f64> {
@@ -193,7 +208,7 @@ impl<F: Fn(f64, &[f64]) -> Sample + Sync> Work<'_, F> {
             }
             return Pieces {
                 sum,
-                signatures: Vec::new(),
+                runs: Vec::new(),
             };
         }
         let place = |i: usize| match node(i).0 {
@@ -223,8 +238,15 @@ impl<F: Fn(f64, &[f64]) -> Sample + Sync> Work<'_, F> {
             let sum = self.rule(&nodes, width, is_smooth);
             let fine = self.tolerance.largest(&sum.errors) <= self.tolerance.relative * share;
             if fine || depth >= DEEPEST {
-                let signatures = vec![(nodes[7].signature, 0.5 * (a + b))];
-                return Pieces { sum, signatures };
+                let run = Run {
+                    signature: nodes[7].signature,
+                    from: a,
+                    to: b,
+                };
+                return Pieces {
+                    sum,
+                    runs: vec![run],
+                };
             }
             let middle = 0.5 * (a + b);
             let halves = [[a, middle], [middle, b]];
@@ -236,13 +258,14 @@ impl<F: Fn(f64, &[f64]) -> Sample + Sync> Work<'_, F> {
             let sum = self.rule(&nodes, width, false);
             if self.tolerance.largest(&sum.errors) <= self.tolerance.relative * share {
                 let runs = known.chunk_by(|a, b| a.1.signature == b.1.signature);
-                let middle = |run: &[(f64, &Sample)]| {
-                    let (x, sample) = run[run.len() / 2];
-                    (sample.signature, x)
+                let run = |run: &[(f64, &Sample)]| Run {
+                    signature: run[0].1.signature,
+                    from: run[0].0,
+                    to: run[run.len() - 1].0,
                 };
                 return Pieces {
                     sum,
-                    signatures: runs.map(middle).collect(),
+                    runs: runs.map(run).collect(),
                 };
             }
         }
@@ -293,14 +316,17 @@ impl<F: Fn(f64, &[f64]) -> Sample + Sync> Work<'_, F> {
         let mut pieces = Pieces::default();
         for one in all {
             pieces.sum.add(&one.sum);
-            pieces.signatures.extend(one.signatures);
+            pieces.runs.extend(one.runs);
         }
         pieces
     }
 
     /// Bisects to a place where the signature changes, until what may be lost there is
-    /// below the tolerance.
+    /// below the tolerance. A piece that narrows to nothing is followed: its middle is looked
+    /// for where the last two samples with that piece point to.
     fn cut(&self, (mut low, mut left): (f64, Sample), (mut high, mut right): (f64, Sample)) -> Cut {
+        // The samples before `left` and `right`.
+        let (mut before, mut beyond) = (None, None);
         loop {
             let width = high - low;
             let jump = std::array::from_fn(|k| (left.values[k] - right.values[k]).abs() * width);
@@ -315,11 +341,19 @@ impl<F: Fn(f64, &[f64]) -> Sample + Sync> Work<'_, F> {
                     right,
                 };
             }
-            let hints = rising([&left.middles[..], &right.middles[..]].concat());
-            let found = (self.f)(middle, &hints);
+            let mut hints = [&left.middles[..], &right.middles[..]].concat();
+            hints.extend(pointed_to(before.as_ref(), (low, &left), middle));
+            hints.extend(pointed_to(beyond.as_ref(), (high, &right), middle));
+            let found = (self.f)(middle, &rising(hints));
             match found.signature == left.signature {
-                true => (low, left) = (middle, found),
-                false => (high, right) = (middle, found),
+                true => {
+                    before = Some((low, left));
+                    (low, left) = (middle, found);
+                }
+                false => {
+                    beyond = Some((high, right));
+                    (high, right) = (middle, found);
+                }
             }
         }
     }

@@ -6,7 +6,7 @@
 //! distance from the point at which a leaving ray must start. That distance is no fixed
 //! epsilon: it is the measured distance of the point from the surface, plus a multiple
 //! of the rounding of the numbers that made it. In `guarded` and `exact`, t is first
-//! refined in f64 (see [`super::height`]), so the point has f64 accuracy even after f32
+//! refined in f64 (see [`super::projection`]), so the point has f64 accuracy even after f32
 //! lanes.
 
 use super::interaction::InteractionPart;

@@ -1,7 +1,7 @@
 //! The stable interface: what it answers is what the engine answers, one ray at a time, in
 //! any number of threads.
 
-use crate::common::{hard_rays, random_scene};
+use crate::common::{ALL_AOVS, hard_rays, in_repository, load, random_scene};
 use glam::DVec3;
 use lanecast::internals::scene::Instances;
 use lanecast::{
@@ -120,5 +120,35 @@ fn prepared_solids_list_what_each_line_passes_through() {
         } else {
             assert_eq!(first, f64::INFINITY, "ray {row}");
         }
+    }
+}
+
+#[test]
+fn outputs_beside_the_colour_are_the_pixel_s_centre_at_any_number_of_samples() {
+    for file in ["csg_coplanar.toml", "primitives.toml"] {
+        let scene = load(&in_repository("scenes").join(file), 4.0 / 3.0).scene;
+        let tracer = tracer(&scene, Precision::Guarded);
+        let [one, many] = [1, 4].map(|spp| {
+            let config = RenderConfig {
+                spp,
+                aovs: ALL_AOVS,
+                ..config()
+            };
+            let picture = tracer.render(&config, &Progress::default(), &|_| ());
+            picture.unwrap()
+        });
+        assert!(one.color != many.color, "{file}");
+        assert_eq!(one.depth, many.depth, "{file}");
+        assert_eq!(one.position, many.position, "{file}");
+        assert_eq!(one.normal, many.normal, "{file}");
+        assert_eq!(one.albedo, many.albedo, "{file}");
+        assert_eq!(one.instance_id, many.instance_id, "{file}");
+        assert_eq!(one.primitive_id, many.primitive_id, "{file}");
+        // Numbers alone: without what says which way a face of a CSG solid is turned.
+        let ids = many.primitive_id.unwrap();
+        assert!(
+            ids.iter().all(|id| *id == u32::MAX || *id < 1 << 31),
+            "{file}"
+        );
     }
 }

@@ -85,6 +85,14 @@ fn random_map(random: &mut Random, kind: u64) -> DAffine3 {
         }
         5 => DAffine3::from_translation(DVec3::new(3e4, -2e5, 1e4)),
         6 => DAffine3::from_scale(DVec3::splat(libm::pow(10.0, random.unit() * 4.0))),
+        7 => {
+            let far = libm::exp10(4.0 + 5.0 * (1.0 + random.unit()));
+            DAffine3::from_translation(random.vector() * far)
+        }
+        8 => {
+            let far = libm::exp10(70.0 + 60.0 * random.unit());
+            DAffine3::from_translation(random.vector() * far)
+        }
         _ => {
             let map = DAffine3::from_scale(DVec3::new(1e5, 1.0, 1e-4));
             DAffine3::from_quat(turn) * map * DAffine3::from_translation(shift)
@@ -135,7 +143,7 @@ proptest! {
     #![proptest_config(property(96))]
 
     #[test]
-    fn depth_changes_no_bit(seed in any::<u64>(), levels in 1_usize..7, kinds in 1_u64..9) {
+    fn depth_changes_no_bit(seed in any::<u64>(), levels in 1_usize..7, kinds in 1_u64..11) {
         let scene = random_graph(seed, levels, kinds);
         let rays = rays_at(&scene, &mut Random(!seed), 300);
         agree(&scene, &rays, &format!("seed {seed}, {levels} levels, {kinds} kinds"));
@@ -322,10 +330,13 @@ fn forty_levels() {
     }
 }
 
-/// A ball at every whole point of a block of 1000 × 10000 × 1000: ten nodes of
-/// ten children. The digits of an id are the coordinates'.
-#[test]
-fn ten_billion() {
+/// The axes of the digits of [`block`], from the last digit on.
+const AXES: [usize; 10] = [1, 0, 2, 1, 0, 2, 1, 0, 2, 1];
+
+/// A ball of radius 1/4 at every whole point of a block of 1000 × 10000 × 1000: ten nodes of
+/// ten children. The digits of an id are the coordinates'. Where its last digit is 5 a ball
+/// is moved to y = `far`, if that is given.
+fn block(far: Option<f64>) -> (Scene, Instances) {
     let mut b = SceneBuilder::default();
     let center = DVec3::ZERO;
     let ball = b.sphere(
@@ -336,14 +347,15 @@ fn ten_billion() {
         },
     );
     let mut below = Edge::shape(ball);
-    // From the last digit on: y, x, z, y, …
-    let axes = [1, 0, 2, 1, 0, 2, 1, 0, 2, 1];
     let mut unit = [1.0; 3];
-    for axis in axes {
+    for (level, axis) in AXES.into_iter().enumerate() {
         let edges: Vec<Edge> = (0..10)
             .map(|digit| {
                 let mut shift = DVec3::ZERO;
-                shift[axis] = f64::from(digit) * unit[axis];
+                shift[axis] = match far {
+                    Some(far) if (level, digit) == (0, 5) => far,
+                    _ => f64::from(digit) * unit[axis],
+                };
                 below.transform(at(&mut b, shift.x, shift.y, shift.z))
             })
             .collect();
@@ -354,6 +366,31 @@ fn ten_billion() {
     let scene = within_seconds(10, || b.finish()).unwrap();
     let instances = within_seconds(10, || Instances::of(&scene)).unwrap();
     assert_eq!(instances.count(), 10_000_000_000);
+    (scene, instances)
+}
+
+/// Rays along −x at the balls of these ids, 1/4 away.
+fn rays_at_balls(ids: &[u64], far: Option<f64>) -> RayColumns {
+    let mut rays = RayColumns::default();
+    for id in ids {
+        let mut at = DVec3::ZERO;
+        let (mut rest, mut unit) = (*id, [1.0; 3]);
+        for (level, axis) in AXES.into_iter().enumerate() {
+            at[axis] += match far {
+                Some(far) if (level, rest % 10) == (0, 5) => far,
+                _ => (rest % 10) as f64 * unit[axis],
+            };
+            unit[axis] *= 10.0;
+            rest /= 10;
+        }
+        rays.push(at + DVec3::X * 0.5, [-1.0, 0.0, 0.0]);
+    }
+    rays
+}
+
+#[test]
+fn ten_billion() {
+    let (scene, instances) = block(None);
     let world = within_seconds(10, || World::build(&scene, &instances, Structure::Bvh));
     let bytes: usize = world.bytes().iter().map(|(_, bytes)| bytes).sum();
     assert!(bytes < 1 << 20, "{bytes}");
@@ -363,17 +400,7 @@ fn ten_billion() {
         .into_iter()
         .chain((0..200).map(|_| random.below(10_000_000_000)))
         .collect();
-    let mut rays = RayColumns::default();
-    for id in &ids {
-        let mut at = DVec3::ZERO;
-        let (mut rest, mut unit) = (*id, [1.0; 3]);
-        for axis in axes {
-            at[axis] += (rest % 10) as f64 * unit[axis];
-            unit[axis] *= 10.0;
-            rest /= 10;
-        }
-        rays.push(at + DVec3::X * 0.5, [-1.0, 0.0, 0.0]);
-    }
+    let rays = rays_at_balls(&ids, None);
     for precision in ALL {
         let found = rays.closest(&world, &kernels(precision));
         for (id, (t, found)) in ids.iter().zip(found) {
@@ -385,4 +412,101 @@ fn ten_billion() {
     rays.push(DVec3::new(-5.0, -5.0, 0.5), [1.0, 1.0, 0.0]);
     let (_, id) = rays.closest(&world, &kernels(Precision::Exact))[0];
     assert_eq!(id, HitId::NONE);
+}
+
+/// Every tenth of ten billion balls lies far away, and costs the others nothing.
+#[test]
+fn far_children_cost_the_others_nothing() {
+    for far in [1e5, 1e8, 1e12, 1e30, 1e100] {
+        let (scene, instances) = block(Some(far));
+        let world = within_seconds(10, || World::build(&scene, &instances, Structure::Bvh));
+        let random = &mut Random(12);
+        let mut near = || loop {
+            let id = random.below(10_000_000_000);
+            if id % 10 != 5 {
+                return id;
+            }
+        };
+        let mut ids: Vec<u64> = (0..200).map(|_| near()).collect();
+        // Far off the coordinates of the others are whole numbers as long as f64 has them.
+        if far == 1e8 {
+            ids.extend((0..8).map(|_| near() / 10 * 10 + 5));
+        }
+        let rays = rays_at_balls(&ids, Some(far));
+        for precision in ALL {
+            let found = within_seconds(10, || rays.closest(&world, &kernels(precision)));
+            for (id, (t, found)) in ids.iter().zip(found) {
+                assert_eq!((t, found.instance), (0.25, *id), "{far}, {precision:?}");
+            }
+        }
+        // Rays that end nowhere: between the balls, above them, and on their way there.
+        let mut rays = RayColumns::default();
+        for _ in 0..200 {
+            let dir = random.vector().as_vec3().to_array();
+            rays.push(DVec3::new(500.0, 5e3, 1.5e3) + 10.0 * random.vector(), dir);
+        }
+        rays.push(DVec3::new(-5.0, -5.0, 0.5), [1.0, 1.0, 0.0]);
+        let found = within_seconds(10, || rays.closest(&world, &kernels(Precision::Guarded)));
+        assert_eq!(found[200].1, HitId::NONE);
+    }
+}
+
+/// Twins at every level: the first of 2²⁴ balls at one place is what a ray meets.
+#[test]
+fn twins_cost_nothing() {
+    let mut b = SceneBuilder::default();
+    let (center, radius) = (DVec3::ZERO, 1.0);
+    let ball = b.sphere("", Sphere { center, radius });
+    let mut below = Edge::shape(ball);
+    for _ in 0..24 {
+        let [one, other] = [0, 1].map(|_| at(&mut b, 0.5, 0.0, 0.0));
+        let row = [below.transform(one), below.transform(other)];
+        below = Edge::node(b.node("", &row));
+    }
+    b.instance("", below);
+    let scene = b.finish().unwrap();
+    let instances = Instances::of(&scene).unwrap();
+    assert_eq!(instances.count(), 1 << 24);
+    let world = World::build(&scene, &instances, Structure::Bvh);
+    let mut rays = RayColumns::default();
+    for i in 0..64 {
+        rays.push(DVec3::new(12.0, 0.0, 9.0), [0.005 * i as f32, 0.001, -1.0]);
+    }
+    for precision in ALL {
+        let found = within_seconds(10, || rays.closest(&world, &kernels(precision)));
+        let met = found.iter().filter(|(_, id)| id.instance == 0).count();
+        let missed = found.iter().filter(|(_, id)| *id == HitId::NONE).count();
+        assert!(met > 15 && met + missed == 64, "{met}, {missed}");
+    }
+}
+
+/// Balls at 0, 3, … up to 2⁶⁰ along x, which f32 slabs cannot tell apart from near.
+#[test]
+fn sixty_levels() {
+    let mut b = SceneBuilder::default();
+    let (center, radius) = (DVec3::ZERO, 1.0);
+    let ball = b.sphere("", Sphere { center, radius });
+    let mut below = Edge::shape(ball);
+    for level in 0..60 {
+        let step = at(&mut b, 3.0 * (1_u64 << level) as f64, 0.0, 0.0);
+        below = Edge::node(b.node("", &[below, below.transform(step)]));
+    }
+    b.instance("", below);
+    let scene = b.finish().unwrap();
+    let instances = Instances::of(&scene).unwrap();
+    let world = World::build(&scene, &instances, Structure::Bvh);
+    let mut rays = RayColumns::default();
+    for i in 0..64 {
+        rays.push(DVec3::new(0.0, 0.0, 9.0), [0.01 * i as f32, 0.001, -1.0]);
+    }
+    for precision in ALL {
+        let found = within_seconds(10, || rays.closest(&world, &kernels(precision)));
+        let met = found.iter().filter(|(_, id)| *id != HitId::NONE).count();
+        assert!((20..64).contains(&met), "{met}");
+        assert!(
+            found
+                .iter()
+                .all(|(_, id)| *id == HitId::NONE || id.instance < 3)
+        );
+    }
 }

@@ -72,11 +72,22 @@ impl Accelerator {
         }
     }
 
-    /// Returns the figures of the TLAS, or of the instance BVH over the roots.
+    /// Returns the figures of the TLAS, or of the instance BVHs over the roots.
     pub fn tlas_figures(&self) -> Figures {
         match self {
             Accelerator::Wide(wide) => wide_figures(&wide.tlas),
-            Accelerator::Nested(nested) => wide_figures(&nested.instance_bvhs.roots.tree),
+            Accelerator::Nested(nested) => {
+                let trees = nested.instance_bvhs.root_trees().iter();
+                let each = trees.map(|tree| wide_figures(&tree.tree));
+                each.reduce(|a, b| Figures {
+                    nodes: a.nodes + b.nodes,
+                    leaves: a.leaves + b.leaves,
+                    references: a.references + b.references,
+                    sah: a.sah + b.sah,
+                    ..a
+                })
+                .unwrap_or_default()
+            }
             Accelerator::Baseline(accelerator) => accelerator.tlas.figures(),
         }
     }

@@ -11,6 +11,7 @@ mod baselines;
 mod block;
 mod bounds;
 mod builders;
+mod clusters;
 mod coincident_faces;
 mod csg;
 mod frustum;
@@ -41,7 +42,9 @@ pub use builders::{BuildQuality, MAX_DEPTH, build_boxes, build_mesh, refit, refi
 pub use coincident_faces::{CoincidentFace, CoincidentFaces};
 pub use csg::{PLACEMENT, PreparedCsg, SLOWEST};
 pub use frustum::{Frustum, WideStack};
-pub use instance_bvh::{InstanceBvh, InstanceBvhs, InstanceEdge, RayExtent};
+pub use instance_bvh::{
+    InstanceBvh, InstanceBvhs, InstanceEdge, NodeTrees, Padded, RayExtent, may_meet,
+};
 pub use instance_crossings::InstanceCrossings;
 pub use mesh_crossings::{MeshCrossingTrees, MeshCrossings};
 pub use prefetch::prefetch;

@@ -1,5 +1,5 @@
-//! Streams through nested trees: one tree for each shared node of the scene, entered level by
-//! level by the rays that reach it.
+//! Streams through nested trees: the trees of the scene's shared nodes, entered level by level
+//! by the rays that reach them.
 //!
 //! A level's rays are the world's, transformed by the matrix composed along the path as in
 //! [`crate::scene::Instances`]. They only cull: at a leaf an entry is made, and tested with
@@ -14,11 +14,14 @@ use super::scratch::TraceScratch;
 use super::solids::StreamPackets;
 use super::stream::{Stream, StreamScratch, TestedInstance, for_each_bit, limit};
 use crate::accel::{
-    InstanceBvh, InstanceBvhs, InstanceEdge, RayExtent, STREAM, StreamStack, TlasEntry,
+    InstanceBvh, InstanceBvhs, InstanceEdge, NodeTrees, Padded, RayExtent, STREAM, StreamStack,
+    TlasEntry, may_meet,
 };
 use crate::geom::Certainty;
 use crate::math::lanes::Lanes;
+use crate::math::{Aabb32, Affine};
 use crate::scene::{Placement, Shape, Target};
+use glam::DVec3;
 
 /// The rays and stack of one level.
 #[derive(Default)]
@@ -27,12 +30,17 @@ pub(super) struct Level {
     stack: StreamStack,
 }
 
-/// A node of the scene at the end of a path.
-struct PathNode<'a> {
-    bvh: &'a InstanceBvh,
+/// A node of the scene at the end of a path, the world at the end of the empty one.
+struct PathNode {
     place: Placement,
     /// Id of the first instance below.
     first: u64,
+}
+
+/// The space of one tree's boxes: a node's about a centre.
+struct Space<'a> {
+    map: &'a Affine,
+    center: DVec3,
 }
 
 /// The stream and the trees, shared by all levels.
@@ -53,15 +61,16 @@ impl Stream<'_> {
     ) {
         let nested = Nested { stream: self, bvhs };
         let world = PathNode {
-            bvh: &bvhs.roots,
             place: Placement::WORLD,
             first: 0,
         };
         let solids = &mut self.packets::<L, S>(scratch);
-        nested.unbounded::<L, S, C, Q>(&world, active, queries, solids);
-        let mut set = 0;
-        for_each_bit(active, |i| set |= u64::from(limit(&queries[i]) >= 0.0) << i);
-        nested.trace_bvh::<L, S, C, Q>(&world, set, queries, (solids, walk));
+        nested.unbounded::<L, S, C, Q>(&world, &bvhs.roots, active, queries, solids);
+        for bvh in bvhs.root_trees() {
+            let mut set = 0;
+            for_each_bit(active, |i| set |= u64::from(limit(&queries[i]) >= 0.0) << i);
+            nested.trace_bvh::<L, S, C, Q>(&world, bvh, set, queries, (solids, walk));
+        }
     }
 }
 
@@ -78,18 +87,17 @@ impl Nested<'_, '_> {
     fn unbounded<L: Lanes, const S: usize, C: Certainty, Q: Query<L::Single>>(
         &self,
         at: &PathNode,
+        trees: &NodeTrees,
         set: u64,
         queries: &mut [Q; STREAM],
         solids: &mut StreamPackets<L, S>,
     ) {
-        for edge in &at.bvh.unbounded {
+        for edge in &trees.unbounded {
             let (place, first) = self.through(at, edge);
             match edge.edge.target {
                 Target::Node(node) => {
-                    if let Some(bvh) = self.bvhs.node(node) {
-                        let child = PathNode { bvh, place, first };
-                        self.unbounded::<L, S, C, Q>(&child, set, queries, solids);
-                    }
+                    let (child, trees) = (PathNode { place, first }, self.bvhs.node(node));
+                    self.unbounded::<L, S, C, Q>(&child, trees, set, queries, solids);
                 }
                 Target::Shape(shape) => {
                     let own = self.bvhs.own[shape.index()];
@@ -108,22 +116,28 @@ impl Nested<'_, '_> {
         }
     }
 
-    /// Traces the tree over a node's children.
+    /// Traces one tree over a node's children.
     #[inline(never)]
     fn trace_bvh<L: Lanes, const S: usize, C: Certainty, Q: Query<L::Single>>(
         &self,
         at: &PathNode,
+        bvh: &InstanceBvh,
         set: u64,
         queries: &mut [Q; STREAM],
         (solids, walk): (&mut StreamPackets<L, S>, &mut StreamScratch),
     ) {
-        let edges = &at.bvh.edges;
+        let edges = &bvh.edges;
         let mut level = walk.levels.pop().unwrap_or_default();
-        if level.load(self, at, set) {
+        let space = Space {
+            map: &at.place.object_from_world,
+            center: bvh.center,
+        };
+        let padded = bvh.padded(space.map, &self.extent(&space, set));
+        if let Padded::Slabs(bounds) = padded {
+            level.load(self.stream, &space, set, &bounds);
             let Level { stream_rays, stack } = &mut *level;
             for_each_bit(set, |i| stream_rays.boxes.limit[i] = limit(&queries[i]));
-            let tree = &at.bvh.tree;
-            tree.walk_stream::<true>(
+            bvh.tree.walk_stream::<true>(
                 &mut stream_rays.boxes,
                 set,
                 stack,
@@ -144,8 +158,20 @@ impl Nested<'_, '_> {
                     done
                 },
             );
-        } else {
-            let mut set = set;
+        }
+        if let Padded::Whole(bounds) = padded {
+            let mut met = 0;
+            for_each_bit(set, |i| {
+                let (org, dir) = self.stream.ray_in(&space, i);
+                // An f32 limit at its end stands for any t.
+                let limit = match limit(&queries[i]) {
+                    f32::MAX.. => f64::INFINITY,
+                    limit => f64::from(limit),
+                };
+                let within = [f64::from(self.stream.t_min(i)), limit];
+                met |= u64::from(may_meet(&bounds, org, dir, within)) << i;
+            });
+            let mut set = met;
             for edge in edges {
                 if set == 0 {
                     break;
@@ -169,11 +195,9 @@ impl Nested<'_, '_> {
     ) {
         let (place, first) = self.through(at, edge);
         match edge.edge.target {
-            Target::Node(node) => {
-                if let Some(bvh) = self.bvhs.node(node) {
-                    let child = PathNode { bvh, place, first };
-                    self.trace_bvh::<L, S, C, Q>(&child, set, queries, (solids, walk));
-                }
+            Target::Node(_) => {
+                let (child, bvh) = (PathNode { place, first }, self.bvhs.below(edge));
+                self.trace_bvh::<L, S, C, Q>(&child, bvh, set, queries, (solids, walk));
             }
             Target::Shape(shape) => {
                 let own = self.bvhs.own[shape.index()];
@@ -205,14 +229,13 @@ impl Nested<'_, '_> {
     }
 }
 
-impl Level {
-    /// Loads the rays in a node's space. Returns whether its boxes can be padded for them (X9).
+impl Nested<'_, '_> {
+    /// Returns the extent of rays in a tree's space.
     #[inline(never)]
-    fn load(&mut self, nested: &Nested, at: &PathNode, set: u64) -> bool {
-        let Nested { stream, bvhs } = nested;
-        let map = &at.place.object_from_world;
+    fn extent(&self, space: &Space, set: u64) -> RayExtent {
+        let Nested { stream, bvhs } = self;
         let largest = |v: [f64; 3]| v[0].abs().max(v[1].abs()).max(v[2].abs());
-        let mut reach = RayExtent {
+        let mut extent = RayExtent {
             org: 0.0,
             dir: [f64::INFINITY, 0.0],
             world_org: 0.0,
@@ -220,25 +243,37 @@ impl Level {
             world: bvhs.extent(),
         };
         for_each_bit(set, |i| {
-            let org = stream.org(i);
-            let dir = largest(map.vector(stream.dir(i)));
-            reach.world_org = reach.world_org.max(largest(org));
-            reach.world_dir = reach.world_dir.max(largest(stream.dir(i)));
-            reach.org = reach.org.max(largest(map.point(org)));
-            reach.world = reach.world.max(largest(org));
-            reach.dir = [reach.dir[0].min(dir), reach.dir[1].max(dir)];
+            let (world_org, world_dir) = (largest(stream.org(i)), largest(stream.dir(i)));
+            let (org, dir) = stream.ray_in(space, i);
+            let dir = largest(dir);
+            extent.world_org = extent.world_org.max(world_org);
+            extent.world_dir = extent.world_dir.max(world_dir);
+            extent.org = extent.org.max(largest(org));
+            extent.world = extent.world.max(world_org);
+            extent.dir = [extent.dir[0].min(dir), extent.dir[1].max(dir)];
         });
-        let Some(bounds) = at.bvh.padded(map, &reach) else {
-            return false;
-        };
+        extent
+    }
+}
+
+impl Stream<'_> {
+    /// Returns the origin and direction of a ray in a tree's space.
+    #[inline(always)]
+    fn ray_in(&self, space: &Space, i: usize) -> ([f64; 3], [f64; 3]) {
+        let Space { map, center } = space;
+        let org = DVec3::from_array(map.point(self.org(i))) - *center;
+        (org.to_array(), map.vector(self.dir(i)))
+    }
+}
+
+impl Level {
+    /// Loads the rays in a tree's space, for boxes within `bounds`.
+    #[inline(never)]
+    fn load(&mut self, stream: &Stream, space: &Space, set: u64, bounds: &Aabb32) {
         let ray = |i: usize| {
-            (
-                map.point(stream.org(i)),
-                map.vector(stream.dir(i)),
-                stream.t_min(i),
-            )
+            let (org, dir) = stream.ray_in(space, i);
+            (org, dir, stream.t_min(i))
         };
-        self.stream_rays.load(set, ray, &bounds, false);
-        true
+        self.stream_rays.load(set, ray, bounds, false);
     }
 }

@@ -45,6 +45,15 @@ pub enum Float {
 }
 
 impl Float {
+    /// Returns the number that stands for an exact `x`: the largest of the type for what is
+    /// beyond it (docs/SPEC.md, S58).
+    pub fn reported(self, x: f64) -> f64 {
+        match self {
+            Float::Double => x,
+            Float::Single => x.clamp(-f64::from(f32::MAX), f64::from(f32::MAX)),
+        }
+    }
+
     /// Returns a unit in the last place of `x`.
     pub fn ulp(self, x: f64) -> f64 {
         match self {
@@ -447,8 +456,9 @@ fn check_nearest(
         _ => return wrong(MismatchKind::WrongId),
     };
     let all = || crossings(hit.instance, hit.primitive);
-    let off = (t - hit.t).abs();
-    let rel_t_error = off / hit.t.abs();
+    let expected = options.float.reported(hit.t);
+    let off = (t - expected).abs();
+    let rel_t_error = off / expected.abs();
     // A large error may mean another crossing: the far side instead of the near one. It
     // does not where the mode's number type has no closer number, as below its whole
     // range.

@@ -271,7 +271,7 @@ impl<'a> Reference<'a> {
         })
     }
 
-    /// Returns the unit normal of a meeting in world space.
+    /// Returns the unit normal of a meeting in world space; zero where the surface has none.
     fn normal(
         &self,
         instance: u32,
@@ -284,7 +284,12 @@ impl<'a> Reference<'a> {
             Some(all) => all.normal(self.scene, ray, t, (met.face, met.surface)),
             None => kinds::normal(target, ray, t, met.face),
         };
-        world_normal(&self.rows[instance as usize], normal)
+        let normal = world_normal(&self.rows[instance as usize], normal);
+        // A gradient beyond f64's range has no direction.
+        match normal.iter().all(|x| x.is_finite()) {
+            true => normal,
+            false => [0.0; 3],
+        }
     }
 
     /// Says whether the ray meets any primitive with 0 < t < t_max.

@@ -176,7 +176,7 @@ pub fn figures(
             let all = reference.crossings(ray.org, dir, id.instance, id.primitive);
             all.iter().map(|c| c.t).collect()
         };
-        let nearest = compare(hit, said, crossings);
+        let nearest = compare(float_of(precision), hit, said, crossings);
         match nearest {
             Verdict::Right(like) => {
                 let of = |(t, _): (f64, _)| t_ulps(precision, t, &like?);
@@ -234,6 +234,7 @@ enum Verdict {
 /// Compares a closest hit, or a miss, with the reference's. `crossings` returns t of
 /// all crossings of one primitive.
 fn compare(
+    float: Float,
     hit: Option<(f64, HitId)>,
     said: &Option<Hit>,
     crossings: impl Fn(HitId) -> Vec<f64>,
@@ -246,7 +247,7 @@ fn compare(
     if (like.instance, like.primitive) != (id.instance, id.primitive) {
         return Verdict::WrongId;
     }
-    let off = (t - like.t).abs();
+    let off = (t - float.reported(like.t)).abs();
     // A large error may mean another crossing: the far side instead of the near one.
     let is_other = |other: &f64| (other - t).abs() < off;
     if off > 1e-5 * like.t.abs() && crossings(id).iter().any(is_other) {
@@ -255,11 +256,15 @@ fn compare(
     Verdict::Right(Some(*like))
 }
 
-fn t_ulps(precision: Precision, t: f64, like: &Hit) -> Option<f64> {
-    let float = match precision {
+fn float_of(precision: Precision) -> Float {
+    match precision {
         Precision::Exact => Float::Double,
         Precision::Fast | Precision::Guarded => Float::Single,
-    };
-    let ulps = (t - like.t).abs() / float.ulp(like.t);
+    }
+}
+
+fn t_ulps(precision: Precision, t: f64, like: &Hit) -> Option<f64> {
+    let float = float_of(precision);
+    let ulps = (t - float.reported(like.t)).abs() / float.ulp(like.t);
     (!ulps.is_nan()).then_some(ulps)
 }

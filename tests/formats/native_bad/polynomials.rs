@@ -66,6 +66,16 @@ fn expressions() {
             case("implicit = '(1e-300*x + y)^24 - (1e300*z - 1)^24'"),
             &["implicit 'x' is degenerate: its constants, multiplied out, are too large"],
         ),
+        (
+            case("implicit = 'x^4 - 1e308*y*z + z^4 - 1'"),
+            &["implicit 'x' is degenerate: its constants, multiplied out, are too large"],
+        ),
+        (
+            case("implicit = '1e-250*x^2 + 1e-250*y'"),
+            &[
+                "implicit 'x' is degenerate: its constants, multiplied out, are too large or too small",
+            ],
+        ),
     ]);
     let deep = case(&format!("implicit = '{}x'", "(".repeat(100_000)));
     check(

@@ -155,6 +155,40 @@ fn wrong_ids() {
     assert_eq!(kinds, [("sphere for sphere".into(), 1)]);
 }
 
+/// The largest f32 stands for a t beyond it (docs/SPEC.md, S58), whatever else the ray
+/// crosses nearer to that.
+#[test]
+fn t_beyond_f32_is_the_largest() {
+    let mut b = SceneBuilder::default();
+    let (min, max) = (DVec3::splat(-1.0), DVec3::splat(1e40));
+    let shape = b.cuboid("", Cuboid { min, max });
+    b.instance("", Edge::shape(shape));
+    let scene = b.finish().unwrap();
+    let instances = Instances::of(&scene).unwrap();
+    let reference = Reference::new(&scene, &instances).unwrap();
+    let (org, dir) = ([0.0; 3], [0.0, 0.0, 1.0]);
+    let hit = reference.nearest(org, dir, f64::INFINITY).unwrap();
+    let row = |t: f64| TracedRay {
+        outcome: Outcome::Hit {
+            t,
+            instance: 0,
+            primitive: 0,
+            normal: hit.normal,
+        },
+        org,
+        dir,
+        ..rows(&reference)[0]
+    };
+    let wrong = |t: f64, float: Float| {
+        let options = VerifyOptions { float, ..ALL };
+        replay(&reference, &[row(t)], &options).counts.wrong()
+    };
+    assert_eq!(wrong(f64::from(f32::MAX), Float::Single), 0);
+    assert_eq!(wrong(f64::from(f32::MAX), Float::Double), 1);
+    assert_eq!(wrong(1.0, Float::Single), 1);
+    assert_eq!(wrong(1e40, Float::Double), 0);
+}
+
 #[test]
 fn errors_of_t_and_normal() {
     let both = falsified(hit_of(0), |r| {

@@ -11,6 +11,10 @@ use crate::roots::Solver;
 /// these.
 const MAX_BITS: u64 = 1 << 15;
 
+/// 2⁷⁶⁸: what f may sum up to where no coordinate is above 1, so that it is in f64's range
+/// with its gradient far from there, too.
+const MAX_SUM: f64 = 1.552_518_092_300_708_9e231;
+
 pub(in crate::geom) fn implicit(row: &Implicit, solver: Solver) -> Result<(), Flaw> {
     let tape = row.tape;
     let degenerate = |why: &str| Flaw::Degenerate(why.into());
@@ -39,7 +43,7 @@ pub(in crate::geom) fn implicit(row: &Implicit, solver: Solver) -> Result<(), Fl
     if tape.slot_count() > MAX_SLOTS {
         return Err(limit("values at once", tape.slot_count(), "64 at most"));
     }
-    if bits(tape) > MAX_BITS {
+    if bits(tape) > MAX_BITS || !(1.0 / MAX_SUM..=MAX_SUM).contains(&tape.evaluate(&Magnitudes)) {
         return Err(degenerate(
             "its constants, multiplied out, are too large or too small",
         ));
@@ -154,6 +158,33 @@ fn bits(tape: &Tape) -> u64 {
     }
     let most = all.iter().map(|[high, low]| high.saturating_add(*low));
     most.max().unwrap_or(0)
+}
+
+/// Sums the magnitudes of a polynomial's terms where each coordinate is 1.
+struct Magnitudes;
+
+impl Arithmetic for Magnitudes {
+    type Value = f64;
+
+    fn coordinate(&self, _: usize) -> f64 {
+        1.0
+    }
+
+    fn constant(&self, value: f64) -> f64 {
+        value.abs()
+    }
+
+    fn sum(&self, a: &f64, b: &f64) -> f64 {
+        a + b
+    }
+
+    fn difference(&self, a: &f64, b: &f64) -> f64 {
+        a + b
+    }
+
+    fn product(&self, a: &f64, b: &f64) -> f64 {
+        a * b
+    }
 }
 
 /// Evaluates tapes modulo the prime 2⁶¹ − 1, at a point.

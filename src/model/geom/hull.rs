@@ -8,6 +8,7 @@
 
 mod planes;
 mod points;
+mod support;
 
 pub use planes::of_planes;
 pub use points::of_points;

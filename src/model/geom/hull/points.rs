@@ -4,11 +4,12 @@
 //! so three points on a line never become a triangle. Each plane is finally moved outward until
 //! all points are inside, which makes up for rounding.
 
+use super::support::Support;
 use super::{FLATNESS, Hull, HullError, MAX_POINTS, MAX_SPREAD, TOLERANCE, spread};
 use crate::geom::HalfSpace;
 use crate::math::Aabb;
 use glam::DVec3;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 struct Face {
     corners: [usize; 3],
@@ -201,13 +202,13 @@ fn finish(given: &[DVec3], points: &[DVec3], faces: &[Face], size: f64) -> Resul
     let count = group_of.iter().max().map_or(0, |m| m + 1);
     let mut normals = vec![DVec3::ZERO; count];
     let mut groups_at: HashMap<usize, Vec<usize>> = HashMap::new();
+    let mut met = HashSet::new();
     for (face, group) in faces.iter().zip(&group_of) {
         // Weighted by area, so that slivers count little.
         normals[*group] += face.normal * face.area;
         for corner in face.corners {
-            let at = groups_at.entry(corner).or_default();
-            if !at.contains(group) {
-                at.push(*group);
+            if met.insert((corner, *group)) {
+                groups_at.entry(corner).or_default().push(*group);
             }
         }
     }
@@ -217,15 +218,19 @@ fn finish(given: &[DVec3], points: &[DVec3], faces: &[Face], size: f64) -> Resul
         planes: Vec::with_capacity(count),
         points: Vec::new(),
     };
+    let support = Support::new(corners.iter().map(|c| given[*c]).collect());
     for normal in normals {
         let normal = normal.try_normalize().ok_or(HullError::Unsettled)?;
         // The plane is moved outward to the farthest corner.
-        let reach = corners.iter().map(|c| normal.dot(given[*c]));
-        let offset = reach.fold(f64::NEG_INFINITY, f64::max);
-        // The hull must not be flat along the normal.
-        let inner = corners.iter().map(|c| normal.dot(points[*c]));
-        let (low, high) = inner.fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x), h.max(x)));
-        if !(offset.is_finite() && high - low > FLATNESS && size > 0.0) {
+        let offset = support.reach(normal);
+        // The hull must not be flat along the normal. The first few corners show it.
+        let mut range = (f64::MAX, f64::MIN);
+        let is_thick = corners.iter().any(|c| {
+            let x = normal.dot(points[*c]);
+            range = (range.0.min(x), range.1.max(x));
+            range.1 - range.0 > FLATNESS
+        });
+        if !(offset.is_finite() && is_thick && size > 0.0) {
             return Err(HullError::Unsettled);
         }
         hull.planes.push(HalfSpace { normal, offset });

@@ -147,5 +147,5 @@ fn base_colours_above_1_count_as_1() {
     let loaded = loaded("s.toml", text.as_bytes()).unwrap();
     assert_eq!(loaded.scene.materials.rows[0].base_color, [1.0, 0.5, 1.0]);
     let warning = loaded.warning.unwrap();
-    assert_eq!(warning, "not imported: 1 × part of a base_color above 1");
+    assert_eq!(warning, "repaired: 1 × base_color with a part above 1");
 }

@@ -13,7 +13,6 @@ use super::output::Sink;
 use crate::accel::{BuildQuality, KdClip, KdQuality, KdStop};
 use crate::io::{AovSet, LoadOptions};
 use crate::measure::generate::Generated;
-use crate::measure::ray_kinds::Order;
 use crate::plan::{Accel, Choices, LaneCount, Precision};
 use crate::render::{Grid, RenderConfig};
 use crate::roots::{Interval, Solver};
@@ -23,12 +22,12 @@ use glam::DVec3;
 use std::path::PathBuf;
 use values::{
     AccelChoice, BaselineChoice, BenchAccels, BenchBuilds, BenchCachings, BenchKinds, Coefficients,
-    GrowthRange, ReuseChoice, Sweeps, parse_accel, parse_accels, parse_aovs, parse_bench_builds,
-    parse_build, parse_caching, parse_cachings, parse_coefficients, parse_error, parse_generated,
-    parse_grid, parse_growth, parse_interval, parse_kd_clip, parse_kd_stop, parse_kinds,
-    parse_lanes, parse_offset, parse_order, parse_page, parse_peers, parse_positive,
-    parse_precision, parse_reuse, parse_scale, parse_seconds, parse_size, parse_solver,
-    parse_sweeps,
+    GrowthRange, LaneCounts, Orders, ReuseChoice, Sweeps, parse_accel, parse_accels, parse_aovs,
+    parse_bench_builds, parse_build, parse_caching, parse_cachings, parse_coefficients,
+    parse_error, parse_generated, parse_grid, parse_growth, parse_interval, parse_kd_clip,
+    parse_kd_stop, parse_kinds, parse_lane_counts, parse_lanes, parse_offset, parse_orders,
+    parse_page, parse_peers, parse_positive, parse_precision, parse_reuse, parse_scale,
+    parse_seconds, parse_size, parse_solver, parse_sweeps,
 };
 
 #[derive(Args)]
@@ -138,10 +137,10 @@ pub struct BenchArgs {
     /// directional, areashadow, mirror, diffuse, diffuse_any [default: all]
     #[arg(long, value_name = "KINDS", conflicts_with_all = ["mesh", "rays"], value_parser = parse_kinds)]
     pub kinds: Option<BenchKinds>,
-    /// Order of the camera rays, which secondary rays keep: scanline, tile, morton or
-    /// random
-    #[arg(long, value_name = "ORDER", default_value = "tile", conflicts_with_all = ["mesh", "rays"], value_parser = parse_order)]
-    pub order: Order,
+    /// Orders of the camera rays, which secondary rays keep, separated by commas: scanline,
+    /// tile, morton, random
+    #[arg(long, value_name = "ORDERS", default_value = "tile", conflicts_with_all = ["mesh", "rays"], value_parser = parse_orders)]
+    pub order: Orders,
     /// Structures to measure in one run, separated by commas, instead of --accel
     #[arg(long, value_name = "NAMES", conflicts_with = "accel", value_parser = parse_accels)]
     pub accels: Option<BenchAccels>,
@@ -306,7 +305,7 @@ pub struct ExportArgs {
     /// Write a scene description for POV-Ray 3.7; - is standard output
     #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
     pub pov: Sink,
-    /// Camera's name, or its number from 0 [default: the first]
+    /// Name of a camera or of its node, or its number from 0 [default: the first]
     #[arg(long, value_name = "NAME|INDEX")]
     pub camera: Option<String>,
     /// Allow files that the scene names outside its folder
@@ -377,9 +376,10 @@ pub struct CommonArgs {
     /// verify: all]
     #[arg(long, value_name = "MODE", value_parser = parse_precision)]
     pub precision: Option<Precision>,
-    /// Rays per packet: auto, 1, 4, 8 or 16 [default: auto; bench: auto and 1]
-    #[arg(long, value_name = "N", value_parser = parse_lanes)]
-    pub lanes: Option<LaneCount>,
+    /// Rays per packet: auto, 1, 4, 8 or 16; for bench several, separated by commas
+    /// [default: auto; bench: auto,1]
+    #[arg(long, value_name = "N", value_parser = parse_lane_counts)]
+    pub lanes: Option<LaneCounts>,
     /// Acceleration structure: auto, bvh, kd, grid, heap, heap-spheres, item-buffer, or
     /// linear (every primitive is tested)
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = parse_accel)]
@@ -404,7 +404,7 @@ pub struct CommonArgs {
     /// Write machine-readable results; - is standard output
     #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
     pub json: Option<Sink>,
-    /// Camera's name, or its number from 0 [default: the first]
+    /// Name of a camera or of its node, or its number from 0 [default: the first]
     #[arg(long, value_name = "NAME|INDEX")]
     pub camera: Option<String>,
 }
@@ -485,6 +485,13 @@ impl BenchArgs {
             None => std::slice::from_ref(&self.common.accel),
         };
         check_build(&self.build.0, accels)?;
+        let Orders(orders) = &self.order;
+        let one = self.export.is_some() || self.growth.is_some() || self.frames.is_some();
+        if one && orders.len() > 1 {
+            return Err(CliError::Usage(
+                "--export, --growth and --frames take one --order; choose one of them".into(),
+            ));
+        }
         self.common.config_of(default_size, accels)
     }
 }
@@ -523,6 +530,13 @@ impl VerifyArgs {
 impl CommonArgs {
     /// Returns a configuration with one sample per pixel and no AOVs.
     pub fn config(&self, default_size: Size) -> Result<RenderConfig, CliError> {
+        if let Some(LaneCounts(asked)) = &self.lanes
+            && asked.len() > 1
+        {
+            return Err(CliError::Usage(
+                "only bench takes several --lanes at once; choose one of them".into(),
+            ));
+        }
         self.config_of(default_size, &[self.accel])
     }
 
@@ -556,7 +570,10 @@ impl CommonArgs {
             grid: self.grid,
             choices: Choices {
                 precision: self.precision.unwrap_or_default(),
-                lanes: self.lanes.unwrap_or_default(),
+                lanes: self
+                    .lanes
+                    .as_ref()
+                    .map_or(LaneCount::Auto, |asked| asked.0[0]),
                 accel: self.accel.0,
             },
             kd: self.kd_quality(),

@@ -166,6 +166,39 @@ pub fn parse_lanes(text: &str) -> Result<LaneCount, String> {
     one_of(text, &known.map(|l| (l.name(), l)))
 }
 
+/// Widths that `bench` compares; other commands take one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LaneCounts(pub Vec<LaneCount>);
+
+/// Orders of camera rays that `bench` compares.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Orders(pub Vec<Order>);
+
+/// Parses names separated by commas, each at most once.
+fn each_once<T: PartialEq>(
+    text: &str,
+    parse: impl Fn(&str) -> Result<T, String>,
+) -> Result<Vec<T>, String> {
+    let mut all = Vec::new();
+    for name in text.split(',') {
+        let one = parse(name.trim())?;
+        if all.contains(&one) {
+            return Err(format!("'{name}' is named twice; name each once"));
+        }
+        all.push(one);
+    }
+    Ok(all)
+}
+
+pub fn parse_lane_counts(text: &str) -> Result<LaneCounts, String> {
+    each_once(text, parse_lanes).map(LaneCounts)
+}
+
+pub fn parse_orders(text: &str) -> Result<Orders, String> {
+    let order = |name: &str| one_of(name, &Order::ALL.map(|order| (order.name(), order)));
+    each_once(text, order).map(Orders)
+}
+
 pub fn parse_accel(text: &str) -> Result<AccelChoice, String> {
     let mut known = vec![("auto", AccelChoice(None))];
     known.extend(Accel::ALL.map(|accel| (accel.name(), AccelChoice(Some(accel)))));
@@ -224,20 +257,9 @@ pub fn parse_sweeps(text: &str) -> Result<Sweeps, String> {
     Ok(Sweeps(sweeps.collect()))
 }
 
-pub fn parse_order(text: &str) -> Result<Order, String> {
-    one_of(text, &Order::ALL.map(|order| (order.name(), order)))
-}
-
 pub fn parse_accels(text: &str) -> Result<BenchAccels, String> {
-    let mut accels = Vec::new();
-    for name in text.split(',') {
-        let accel = parse_accel(name.trim()).map_err(|why| format!("'{name}': {why}"))?;
-        if accels.contains(&accel) {
-            return Err(format!("'{name}' is named twice; name each once"));
-        }
-        accels.push(accel);
-    }
-    Ok(BenchAccels(accels))
+    let accel = |name: &str| parse_accel(name).map_err(|why| format!("'{name}': {why}"));
+    each_once(text, accel).map(BenchAccels)
 }
 
 pub fn parse_caching(text: &str) -> Result<Caching, String> {

@@ -47,7 +47,7 @@ pub fn run(args: &BenchArgs, frames: u32) -> Result<(), CliError> {
             camera,
             grid: config.grid,
             size: [config.width, config.height],
-            order: args.order,
+            order: args.order.0[0],
             light,
             direction: direction_of(&world, light),
         };

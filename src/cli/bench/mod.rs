@@ -77,7 +77,10 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
     warn_left_out(&work);
     let (rays, sets) = match &given {
         Some(jobs) => (jobs.iter().map(|job| job.rays.len() as u64).sum(), 1),
-        None => (rays_of(&config), kinds.len() as u64),
+        None => {
+            let sets = kinds.len() * args.order.0.len();
+            (rays_of(&config), sets as u64)
+        }
     };
     work.check_effort(rays * sets)?;
     interrupt::check(&progress)?;
@@ -127,7 +130,7 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
         instances: stats.scene.instances,
         clock: work.clock.name(),
         reps: args.reps,
-        order: args.order.name(),
+        order: args.order.0.iter().map(|order| order.name()).collect(),
         comparisons: comparisons(&rows),
         structures,
         results: rows,
@@ -186,10 +189,13 @@ fn name_of(args: &BenchArgs) -> String {
 fn facts(report: &Report, config: &RenderConfig, threads: usize) -> Vec<(&'static str, String)> {
     let mut facts = vec![("triangles", report.triangles.to_string())];
     // Rays from files have neither a camera nor an order.
-    let generated = report.results.iter().any(|row| row.kind == "primary");
+    let generated = report
+        .results
+        .iter()
+        .any(|row| row.kind.starts_with("primary"));
     if generated {
         facts.push(("camera rays", format!("{}×{}", config.width, config.height)));
-        facts.push(("order", report.order.into()));
+        facts.push(("order", report.order.join(", ")));
     }
     facts.push(("threads", threads.to_string()));
     facts.push(("instructions", isa().into()));

@@ -18,7 +18,8 @@ pub struct Report {
     /// `thread cpu` or `wall`.
     pub clock: &'static str,
     pub reps: u32,
-    pub order: &'static str,
+    /// Orders of camera rays; where they are several, names of ray sets end with theirs.
+    pub order: Vec<&'static str>,
     pub structures: Vec<StructureRow>,
     pub results: Vec<Row>,
     /// Our contenders beside the baseline's; empty without one.

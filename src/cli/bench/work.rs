@@ -30,7 +30,7 @@ pub struct Work<'a> {
     /// Precisions that lack the requested width, and why.
     pub left_out: Vec<String>,
     baseline: Option<(Embree, Vec<HitId>)>,
-    order: Order,
+    orders: Vec<Order>,
     reps: u32,
     builds: u32,
     cachings: Vec<Caching>,
@@ -70,8 +70,8 @@ impl<'a> Work<'a> {
             Some(asked) => vec![asked],
             None => vec![Precision::Fast, Precision::Guarded, Precision::Exact],
         };
-        let widths = match args.common.lanes {
-            Some(asked) => vec![asked],
+        let widths = match &args.common.lanes {
+            Some(asked) => asked.0.clone(),
             None => vec![LaneCount::Auto, LaneCount::One],
         };
         let mut structures: Vec<Structure> = Vec::new();
@@ -135,7 +135,7 @@ impl<'a> Work<'a> {
             structures,
             left_out,
             baseline,
-            order: args.order,
+            orders: args.order.0.clone(),
             reps: args.reps,
             builds: args.builds,
             cachings: args.shadow_cache.0.clone(),
@@ -241,7 +241,7 @@ impl<'a> Work<'a> {
         own.chain(baselines).collect()
     }
 
-    /// Generates the scene's ray sets.
+    /// Generates the scene's ray sets, in every order.
     pub fn jobs(
         &self,
         config: &RenderConfig,
@@ -259,24 +259,31 @@ impl<'a> Work<'a> {
             return Ok(Vec::new());
         };
         let light = light_of(world, &prepared.camera);
-        let source = Source {
-            world,
-            kernels: plan.kernels,
-            camera: prepared.camera,
-            grid: config.grid,
-            size: [config.width, config.height],
-            order: self.order,
-            light,
-            direction: direction_of(world, light),
-        };
-        let sets = prepared.pool.install(|| ray_sets(&source, kinds, progress));
-        let sets = sets.ok_or(CliError::Interrupted)?;
-        let job = |(kind, rays): (&Kind, _)| Job {
-            kind: kind.name().into(),
-            ask: kind.ask(),
-            rays,
-        };
-        Ok(kinds.iter().zip(sets).map(job).collect())
+        let mut jobs = Vec::new();
+        for order in &self.orders {
+            let source = Source {
+                world,
+                kernels: plan.kernels,
+                camera: prepared.camera,
+                grid: config.grid,
+                size: [config.width, config.height],
+                order: *order,
+                light,
+                direction: direction_of(world, light),
+            };
+            let sets = prepared.pool.install(|| ray_sets(&source, kinds, progress));
+            let sets = sets.ok_or(CliError::Interrupted)?;
+            let name = |kind: &Kind| match &self.orders[..] {
+                [_] => kind.name().into(),
+                _ => format!("{}-{}", kind.name(), order.name()),
+            };
+            jobs.extend(kinds.iter().zip(sets).map(|(kind, rays)| Job {
+                kind: name(kind),
+                ask: kind.ask(),
+                rays,
+            }));
+        }
+        Ok(jobs)
     }
 
     pub fn bench(&self, jobs: &[Job], progress: &Progress) -> Result<Vec<Row>, CliError> {

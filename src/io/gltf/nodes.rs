@@ -480,12 +480,9 @@ fn camera(
     };
     let eye = DVec3::from_array(world.translation);
     let own = one_line(source.name.as_deref().unwrap_or_default());
-    let name = if own.is_empty() {
-        name(file, node)
-    } else {
-        own
-    };
-    scene.camera(&name, Camera { eye, ..posed });
+    let node = name(file, node);
+    let name = if own.is_empty() { &node } else { &own };
+    scene.camera_on(name, &node, Camera { eye, ..posed });
     Ok(())
 }
 

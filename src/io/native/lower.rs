@@ -79,7 +79,7 @@ pub(super) fn lower(
             .base_color
             .is_some_and(|color| color.iter().any(|c| *c > 1.0))
         {
-            report.add("part of a base_color above 1");
+            report.repair("base_color with a part above 1", 1);
         }
         let id = scene.material(&name.value, material(source, &row)?);
         materials.insert(name.value, id);

@@ -78,6 +78,15 @@ impl SceneBuilder {
         CameraId(cameras.rows.len() as u32 - 1)
     }
 
+    /// Adds a camera that a node of this name places.
+    pub fn camera_on(&mut self, name: &str, node: &str, camera: Camera) -> CameraId {
+        let id = self.camera(name, camera);
+        if node != name {
+            self.tables.cameras.node_names.set(id.0, node);
+        }
+        id
+    }
+
     /// Sets the radiance where a ray meets nothing.
     pub fn background(&mut self, radiance: Rgb) {
         self.tables.background = radiance;

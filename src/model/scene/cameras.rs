@@ -90,6 +90,8 @@ impl Camera {
 pub struct Cameras {
     pub rows: Vec<Camera>,
     pub names: Names,
+    /// Names of the nodes of a file that place the cameras, where these differ.
+    pub node_names: Names,
 }
 
 /// A camera that was asked for and is not there.
@@ -101,16 +103,21 @@ pub struct UnknownCamera {
 }
 
 impl Cameras {
-    /// Finds the row of the camera of a name, or else of a number from 0; the first if none
-    /// is asked for. Returns `None` if none is asked for and there is none.
+    /// Finds the row of the camera of a name, or else of a node's name, or else of a number
+    /// from 0; the first if none is asked for. Returns `None` if none is asked for and there is none.
     pub fn pick(&self, asked: Option<&str>) -> Result<Option<usize>, UnknownCamera> {
         let count = self.rows.len();
         let Some(asked) = asked else {
             return Ok((count > 0).then_some(0));
         };
-        let named = (0..count).find(|row| self.names.get(*row as u32) == Some(asked));
+        let by = |names: &Names| (0..count).find(|row| names.get(*row as u32) == Some(asked));
+        let named = by(&self.names).or_else(|| by(&self.node_names));
         let numbered = || asked.parse().ok().filter(|row| *row < count);
-        let labels = || (0..count as u32).map(|i| self.names.label(i));
+        let label = |row: u32| match self.node_names.get(row) {
+            Some(node) => format!("{} on node '{node}'", self.names.label(row)),
+            None => self.names.label(row),
+        };
+        let labels = || (0..count as u32).map(label);
         named
             .or_else(numbered)
             .map(Some)

@@ -89,6 +89,24 @@ fn refusals() {
         "known are scanline",
     );
     fails(&["bench", "x.toml", "--accels", "bvh,oak"], 2, "'oak'");
+    fails(&["bench", "x.toml", "--lanes", "1,2"], 2, "known are auto");
+    fails(&["bench", "x.toml", "--lanes", "1,1"], 2, "named twice");
+    fails(
+        &["bench", "x.toml", "--order", "tile,tile"],
+        2,
+        "named twice",
+    );
+    fails(
+        &["render", "x.toml", "--lanes", "1,8"],
+        2,
+        "only bench takes several",
+    );
+    let orders = ["--order", "tile,random", "--frames", "3"];
+    fails(
+        &[&["bench", "x.toml"], &orders[..]].concat(),
+        2,
+        "take one --order",
+    );
     fails(
         &["bench", "x.toml", "--peers", "oak"],
         2,

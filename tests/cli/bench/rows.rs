@@ -125,7 +125,7 @@ fn orders_change_no_answer() {
         let modes = ["--precision", "exact", "--lanes", "auto"];
         let asked = [&bench[..], &modes, &["--order", order]].concat();
         let report = reported(folder.path(), &asked);
-        assert_eq!(report["order"], order);
+        assert_eq!(report["order"][0], order);
         let hits = rows(&report).iter().map(|row| row["hits"].clone());
         hits.collect::<Vec<Value>>()
     };
@@ -134,6 +134,50 @@ fn orders_change_no_answer() {
     for order in ["scanline", "morton", "random"] {
         assert_eq!(hits(order), tile, "{order}");
     }
+}
+
+#[test]
+fn lists_of_widths_and_orders() {
+    let folder = folder();
+    write_scene(folder.path(), "");
+    let bench = [
+        "s.toml",
+        "--size",
+        "45x33",
+        "--reps",
+        "1",
+        "--kinds",
+        "primary,shadow",
+    ];
+    let lists = [
+        "--precision",
+        "exact",
+        "--lanes",
+        "1,auto",
+        "--order",
+        "tile,random",
+    ];
+    let report = reported(folder.path(), &[&bench[..], &lists].concat());
+    assert_eq!(report["order"], serde_json::json!(["tile", "random"]));
+    let kinds = rows(&report)
+        .iter()
+        .map(|row| row["kind"].as_str().unwrap());
+    let kinds: Vec<&str> = kinds.collect();
+    let sets = [
+        "primary-tile",
+        "shadow-tile",
+        "primary-random",
+        "shadow-random",
+    ];
+    assert_eq!(kinds, sets.map(|set| [set, set]).concat());
+    let hits = |row: usize| &rows(&report)[row]["hits"];
+    assert!(
+        (1..4)
+            .map(|k| hits(k))
+            .chain([hits(4), hits(5)])
+            .all(|h| !h.is_null())
+    );
+    assert_eq!((hits(0), hits(1)), (hits(4), hits(5)));
 }
 
 #[test]

@@ -136,6 +136,32 @@ fn cameras_are_numbered_as_the_file_lists_them() {
     assert_eq!(names, ["a", "b", "c"]);
 }
 
+/// One camera on two nodes is found by theirs, too.
+#[test]
+fn cameras_are_found_by_their_nodes() {
+    let mut d = document(&points());
+    let nodes = json!([
+        {"mesh": 0, "children": [1, 2]},
+        {"camera": 0, "name": "front"},
+        {"camera": 0, "name": "side", "translation": [5, 0, 0]},
+    ]);
+    set(&mut d, "/nodes", nodes);
+    let perspective = json!({"yfov": 1, "znear": 0.1});
+    let lens = json!({"name": "lens", "type": "perspective", "perspective": perspective});
+    set(&mut d, "/cameras", json!([lens]));
+    let (scene, _) = load(&d, &points()).unwrap();
+    let pick = |asked: &str| scene.cameras.pick(Some(asked));
+    assert_eq!(
+        ["lens", "front", "side", "1"].map(|asked| pick(asked).unwrap()),
+        [Some(0), Some(0), Some(1), Some(1)]
+    );
+    let unknown = pick("top").unwrap_err().to_string();
+    assert!(
+        unknown.contains("'lens' on node 'front', 'lens' on node 'side'"),
+        "{unknown}"
+    );
+}
+
 #[test]
 fn cameras_and_lights_are_posed_by_their_nodes() {
     let mut d = document(&points());
@@ -184,6 +210,8 @@ fn cameras_and_lights_are_posed_by_their_nodes() {
     );
     assert_eq!(scene.cameras.names.get(0), Some("eye"));
     assert_eq!(scene.cameras.names.get(1), Some("flat"));
+    let pick = |asked: &str| scene.cameras.pick(Some(asked)).unwrap();
+    assert_eq!(["eye", "flat", "1"].map(pick), [Some(0), Some(1), Some(1)]);
     let Light::Point {
         position,
         intensity,

@@ -7,6 +7,7 @@ mod axis_order;
 pub mod bounds;
 pub mod double_double;
 pub mod dyadic;
+pub mod elementary;
 pub mod int;
 mod interval;
 pub mod lanes;

@@ -14,18 +14,50 @@
 //!   NaN on the left gives b, a NaN on the right gives NaN. Comparisons with NaN are
 //!   false.
 //! - **Absent operations.** There is no reciprocal, reciprocal square root or elementary
-//!   function, since their bits differ between processors.
+//!   function of the registers', since their bits differ between processors. Elementary
+//!   functions made of the operations here are in `math::elementary`.
 //!
 //! tests/kernels/lanes/ compares every operation with scalar code, bit by bit.
+
+/// Defines the operations on exponents of `Lanes` for `$w`, of scalars `$s` with `$bits`.
+/// `$to` and `$from` exchange lanes for their bits, `$splat` repeats bits.
+macro_rules! exponents {
+    ($w:ident, $s:ident, $bits:ident, $to:expr, $from:expr, $splat:expr) => {
+        #[inline(always)]
+        fn split_exponent(self) -> (Self, Self) {
+            // A number from 2^23 (2^52) on whose unit is 1: an integer put into its low bits
+            // is added to it, so the difference is the integer.
+            const FRACTION: u32 = $s::MANTISSA_DIGITS - 1;
+            const LARGE: $s = ((1 as $bits) << FRACTION) as $s;
+            const BIAS: $s = ($s::MAX_EXP - 1) as $s;
+            let bits = $to(self);
+            let fraction = bits & $splat((1 << FRACTION) - 1);
+            let mantissa = $from(fraction | $splat((1.0 as $s).to_bits()));
+            let exponent = $from((bits >> FRACTION) | $splat(LARGE.to_bits()));
+            (mantissa, exponent - Self::splat(LARGE + BIAS))
+        }
+        #[inline(always)]
+        fn power_of_two(k: Self) -> Self {
+            const FRACTION: u32 = $s::MANTISSA_DIGITS - 1;
+            const LARGE: $s = ((1 as $bits) << FRACTION) as $s;
+            const BIAS: $s = ($s::MAX_EXP - 1) as $s;
+            $from($to(k + Self::splat(LARGE + BIAS)) << FRACTION)
+        }
+    };
+}
+use exponents;
 
 mod one;
 mod pair;
 mod registers;
+mod words;
 
 pub use pair::{PairMask, f64x16};
 pub use registers::{
     Entries, Register, Table, WideMask, add_members, f32x4, f32x8, f32x16, f64x4, f64x8, table,
+    u32x4, u32x8, u32x16,
 };
+pub use words::{Word, Words};
 
 use std::fmt::Debug;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
@@ -117,13 +149,15 @@ pub trait Lanes:
     type Scalar: Scalar;
     type Mask: Mask;
     /// The type with as many lanes of f64. Object rays are computed in it.
-    type Double: Lanes<Scalar = f64, Double = Self::Double, Ids = Self::Ids>;
+    type Double: Lanes<Scalar = f64, Double = Self::Double, Ids = Self::Ids, Words = Self::Words>;
     /// The one-lane type of the same precision.
     type Single: Lanes<Scalar = Self::Scalar>;
     /// The lanes in memory, `[Scalar; COUNT]`.
     type Array: Copy + AsRef<[Self::Scalar]> + AsMut<[Self::Scalar]>;
     /// One id per lane, `[u32; COUNT]`.
     type Ids: Copy + AsRef<[u32]> + AsMut<[u32]> + Send + Sync;
+    /// One u32 per lane, for hashes and other arithmetic of bits.
+    type Words: Words;
     const COUNT: usize;
 
     fn splat(x: Self::Scalar) -> Self;
@@ -156,6 +190,15 @@ pub trait Lanes:
     fn narrow(wide: Self::Double) -> Self;
     /// Converts to f64 lanes, exactly.
     fn widen(self) -> Self::Double;
+
+    /// Splits positive normal numbers x = m·2ᵉ into m in [1, 2) and the integer e, exactly.
+    /// Other numbers give some number without a meaning.
+    fn split_exponent(self) -> (Self, Self);
+    /// Returns 2ᵏ of integers k in the exponent range of normal numbers. The next integer
+    /// below it gives 0, the next above infinity; others give a number without a meaning.
+    fn power_of_two(k: Self) -> Self;
+    /// Converts integers below 2²⁴, exactly. Larger ones give a number without a meaning.
+    fn from_words(words: Self::Words) -> Self;
 
     /// Whether the lanes are f64.
     #[inline(always)]

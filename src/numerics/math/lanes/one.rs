@@ -1,6 +1,6 @@
 //! The one-lane case: plain f32 and f64.
 
-use super::{Lanes, Mask, Scalar};
+use super::{Lanes, Mask, Scalar, Word};
 
 impl Scalar for f32 {
     const UNIT_ROUNDOFF: f32 = f32::EPSILON * 0.5;
@@ -84,7 +84,7 @@ impl Mask for bool {
 }
 
 macro_rules! one_lane {
-    ($t:ident, $mul_add:expr) => {
+    ($t:ident, $bits:ident, $mul_add:expr) => {
         impl Lanes for $t {
             type Scalar = $t;
             type Mask = bool;
@@ -92,6 +92,7 @@ macro_rules! one_lane {
             type Single = $t;
             type Array = [$t; 1];
             type Ids = [u32; 1];
+            type Words = Word;
             const COUNT: usize = 1;
 
             #[inline(always)]
@@ -176,6 +177,11 @@ macro_rules! one_lane {
             fn widen(self) -> f64 {
                 self as f64
             }
+            super::exponents!($t, $t, $bits, |x: $t| x.to_bits(), $t::from_bits, |x| x);
+            #[inline(always)]
+            fn from_words(words: Word) -> $t {
+                words.0 as $t
+            }
         }
     };
 }
@@ -189,5 +195,5 @@ fn mul_add_f32(x: f32, a: f32, b: f32) -> f32 {
     }
 }
 
-one_lane!(f32, mul_add_f32);
-one_lane!(f64, |x: f64, a, b| x * a + b);
+one_lane!(f32, u32, mul_add_f32);
+one_lane!(f64, u64, |x: f64, a, b| x * a + b);

@@ -1,6 +1,6 @@
 //! Lanes in a pair of registers.
 
-use super::{Lanes, Mask, WideMask, f64x8};
+use super::{Lanes, Mask, WideMask, Words, f64x8, u32x16};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 /// Sixteen lanes of f64 in two registers of eight.
@@ -106,6 +106,7 @@ impl Lanes for f64x16 {
     type Single = f64;
     type Array = [f64; 16];
     type Ids = [u32; 16];
+    type Words = u32x16;
     const COUNT: usize = 16;
 
     pairwise! {
@@ -165,5 +166,23 @@ impl Lanes for f64x16 {
     #[inline(always)]
     fn widen(self) -> f64x16 {
         self
+    }
+    #[inline(always)]
+    fn split_exponent(self) -> (f64x16, f64x16) {
+        let (lo, hi) = (self.lo.split_exponent(), self.hi.split_exponent());
+        let pair = |lo, hi| f64x16 { lo, hi };
+        (pair(lo.0, hi.0), pair(lo.1, hi.1))
+    }
+    #[inline(always)]
+    fn power_of_two(k: f64x16) -> f64x16 {
+        f64x16 {
+            lo: Lanes::power_of_two(k.lo),
+            hi: Lanes::power_of_two(k.hi),
+        }
+    }
+    #[inline(always)]
+    fn from_words(words: u32x16) -> f64x16 {
+        let words = Words::to_array(words);
+        Lanes::load(&words.map(f64::from))
     }
 }

@@ -1,10 +1,10 @@
 //! Lanes in registers. Only this file names the crates `wide` and `safe_arch`.
 
-use super::{Lanes, Mask, f64x16};
+use super::{Lanes, Mask, Words, f64x16};
 use std::ops::{BitAnd, BitOr, Not};
 
-pub use wide::{f32x4, f32x8, f32x16, f64x4, f64x8};
-use wide::{u32x4, u32x8, u32x16, u64x4, u64x8};
+pub use wide::{f32x4, f32x8, f32x16, f64x4, f64x8, u32x4, u32x8, u32x16};
+use wide::{u64x4, u64x8};
 
 /// One hardware register of f32, at least eight lanes. The children of a wide node are
 /// tested in it, whatever the width of packets.
@@ -143,8 +143,8 @@ macro_rules! by_bytes {
 }
 
 macro_rules! wide_lanes {
-    ($w:ident, $s:ident, $bits:ident, $ints:ident, $count:literal, $double:ident,
-        $select:expr, $mul_add:expr, $narrow:expr $(, $half:ident, $half_count:literal)?) => {
+    ($w:ident, $s:ident, $bits:ident, $ints:ident, $count:literal, $words:ident, $double:ident,
+        $select:expr, $mul_add:expr, $narrow:expr, $from_words:expr $(, $half:ident, $half_count:literal)?) => {
         impl BitAnd for WideMask<$w> {
             type Output = Self;
             #[inline(always)]
@@ -193,6 +193,7 @@ macro_rules! wide_lanes {
             type Single = $s;
             type Array = [$s; $count];
             type Ids = [u32; $count];
+            type Words = $words;
             const COUNT: usize = $count;
 
             #[inline(always)]
@@ -286,6 +287,18 @@ macro_rules! wide_lanes {
                     lanes[i] as f64
                 }))
             }
+            super::exponents!(
+                $w,
+                $s,
+                $bits,
+                bytemuck::cast::<$w, $ints>,
+                bytemuck::cast::<$ints, $w>,
+                $ints::splat
+            );
+            #[inline(always)]
+            fn from_words(words: $words) -> Self {
+                $from_words(words)
+            }
             $(by_halves!($half, $half_count);)?
         }
     };
@@ -325,10 +338,12 @@ wide_lanes!(
     u32,
     u32x4,
     4,
+    u32x4,
     f64x4,
     |mask: f32x4, yes, no| mask.select(yes, no),
     |x: f32x4, a, b| x.mul_add(a, b),
-    narrowed!(f32x4, f64x4)
+    narrowed!(f32x4, f64x4),
+    |words: u32x4| f32x4::from_i32x4(bytemuck::cast(words))
 );
 wide_lanes!(
     f32x8,
@@ -336,10 +351,12 @@ wide_lanes!(
     u32,
     u32x8,
     8,
+    u32x8,
     f64x8,
     by_bytes!(f32x8, 1),
     |x: f32x8, a, b| x.mul_add(a, b),
     narrow_eight,
+    |words: u32x8| f32x8::from_i32x8(bytemuck::cast(words)),
     f32x4,
     4
 );
@@ -349,10 +366,12 @@ wide_lanes!(
     u32,
     u32x16,
     16,
+    u32x16,
     f64x16,
     by_bytes!(f32x16, 2),
     |x: f32x16, a, b| x.mul_add(a, b),
     narrowed!(f32x16, f64x16),
+    |words: u32x16| f32x16::from_i32x16(bytemuck::cast(words)),
     f32x8,
     8
 );
@@ -362,10 +381,12 @@ wide_lanes!(
     u64,
     u64x4,
     4,
+    u32x4,
     f64x4,
     by_bytes!(f64x4, 1),
     |x: f64x4, a: f64x4, b: f64x4| x * a + b,
-    |same| same
+    |same| same,
+    |words: u32x4| f64x4::from(words.to_array().map(f64::from))
 );
 wide_lanes!(
     f64x8,
@@ -373,10 +394,104 @@ wide_lanes!(
     u64,
     u64x8,
     8,
+    u32x8,
     f64x8,
     by_bytes!(f64x8, 2),
     |x: f64x8, a: f64x8, b: f64x8| x * a + b,
     |same| same,
+    |words: u32x8| f64x8::from(words.to_array().map(f64::from)),
     f64x4,
     4
+);
+
+macro_rules! wide_words {
+    ($w:ident, $count:literal, $reverse:expr, $entries:expr) => {
+        impl Words for $w {
+            type Array = [u32; $count];
+            const COUNT: usize = $count;
+
+            #[inline(always)]
+            fn splat(x: u32) -> Self {
+                <$w>::splat(x)
+            }
+            #[inline(always)]
+            fn load(from: &[u32]) -> Self {
+                let words: [u32; $count] = from[..$count].try_into().unwrap();
+                <$w>::from(words)
+            }
+            #[inline(always)]
+            fn to_array(self) -> [u32; $count] {
+                <$w>::to_array(self)
+            }
+            #[inline(always)]
+            fn any(self) -> bool {
+                self != <$w>::splat(0)
+            }
+            #[inline(always)]
+            fn reverse_bits(self) -> Self {
+                $reverse(self)
+            }
+            #[inline(always)]
+            fn entries(self, table: &[u32; 8]) -> Self {
+                $entries(self, table)
+            }
+        }
+    };
+}
+
+/// Reverses the bits of eight words: those of each nibble by a table, the nibbles by
+/// shifts, the bytes by a permutation.
+#[cfg(target_feature = "avx2")]
+#[inline(always)]
+fn reversed_eight(x: u32x8) -> u32x8 {
+    use safe_arch::{m256i, shuffle_av_i8z_half_m256i};
+    const NIBBLE: [u8; 16] = [0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15];
+    const BYTES: [u8; 16] = [3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12];
+    let twice = |table: [u8; 16]| -> m256i { bytemuck::cast([table; 2]) };
+    let permuted = |x: m256i, by| shuffle_av_i8z_half_m256i(x, by);
+    let low = u32x8::splat(0x0f0f_0f0f);
+    let x: u32x8 = bytemuck::cast(permuted(bytemuck::cast(x), twice(BYTES)));
+    let from_low = permuted(twice(NIBBLE.map(|n| n << 4)), bytemuck::cast(x & low));
+    let from_high = permuted(twice(NIBBLE), bytemuck::cast((x >> 4) & low));
+    bytemuck::cast::<_, u32x8>(from_low) | bytemuck::cast::<_, u32x8>(from_high)
+}
+
+#[cfg(not(target_feature = "avx2"))]
+#[inline(always)]
+fn reversed_eight(x: u32x8) -> u32x8 {
+    super::words::reversed_by_swaps(x)
+}
+
+/// Looks eight words up; the instruction reads the lowest three bits alone.
+#[cfg(target_feature = "avx2")]
+#[inline(always)]
+fn entries_of_eight(x: u32x8, table: &[u32; 8]) -> u32x8 {
+    let table = bytemuck::cast(*table);
+    bytemuck::cast(safe_arch::shuffle_av_i32_all_m256i(
+        table,
+        bytemuck::cast(x),
+    ))
+}
+
+#[cfg(not(target_feature = "avx2"))]
+#[inline(always)]
+fn entries_of_eight(x: u32x8, table: &[u32; 8]) -> u32x8 {
+    u32x8::from(x.to_array().map(|i| table[(i & 7) as usize]))
+}
+
+wide_words!(
+    u32x4,
+    4,
+    super::words::reversed_by_swaps,
+    |x: u32x4, table: &[u32; 8]| u32x4::from(x.to_array().map(|i| table[(i & 7) as usize]))
+);
+wide_words!(u32x8, 8, reversed_eight, entries_of_eight);
+wide_words!(
+    u32x16,
+    16,
+    |x| bytemuck::cast(bytemuck::cast::<_, [u32x8; 2]>(x).map(reversed_eight)),
+    |x, table| {
+        let halves: [u32x8; 2] = bytemuck::cast(x);
+        bytemuck::cast(halves.map(|half| entries_of_eight(half, table)))
+    }
 );

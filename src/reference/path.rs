@@ -51,7 +51,7 @@ pub fn shadow(
     let start: [f64; 3] = std::array::from_fn(|k| point[k].value + normal[k] * off);
 
     let (to_light, t_max) = match light {
-        Light::Point { position, .. } => {
+        Light::Point { position, .. } | Light::Spot { position, .. } => {
             let p = position.to_array();
             (std::array::from_fn(|k| p[k] - start[k]), 1.0)
         }

@@ -30,7 +30,7 @@ use std::sync::Arc;
 /// scene.instance("", Edge::node(pair));
 ///
 /// scene.camera("", Camera::perspective(DVec3::new(1.0, 1.0, 8.0), DVec3::X, DVec3::Y, 35.0));
-/// scene.light(Light::Directional { direction: DVec3::new(-1.0, -2.0, -1.0), irradiance: [3.0; 3] });
+/// scene.light(Light::Directional { direction: DVec3::new(-1.0, -2.0, -1.0), irradiance: [3.0; 3], angle: 0.0 });
 /// let scene = scene.finish()?;
 ///
 /// assert_eq!(scene.spheres.len(), 1);
@@ -88,6 +88,11 @@ impl SceneBuilder {
     }
 
     /// Sets the radiance where a ray meets nothing.
+    /// Sets the radiance from all directions.
+    pub fn environment(&mut self, map: Environment) {
+        self.tables.environment = Some(map);
+    }
+
     pub fn background(&mut self, radiance: Rgb) {
         self.tables.background = radiance;
     }

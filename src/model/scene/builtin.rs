@@ -28,10 +28,12 @@ pub fn builtin() -> Result<Scene, SceneError> {
         position: DVec3::new(-4.5, 7.0, 5.0),
         intensity: [210.0, 195.0, 170.0],
         falloff: Falloff::InverseSquare,
+        radius: 0.0,
     });
     scene.light(Light::Directional {
         direction: DVec3::new(-1.0, -0.9, -0.6),
         irradiance: [0.75, 0.9, 1.15],
+        angle: 0.0,
     });
     std::mem::take(scene).finish()
 }

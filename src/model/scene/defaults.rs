@@ -82,6 +82,7 @@ pub fn default_lights(camera: &Camera) -> Vec<Light> {
     let light = |direction, irradiance: f64| Light::Directional {
         direction,
         irradiance: [irradiance as f32; 3],
+        angle: 0.0,
     };
     vec![
         light(camera.forward, full * HEADLIGHT),
@@ -228,8 +229,9 @@ mod tests {
                 Light::Directional {
                     direction,
                     irradiance,
+                    ..
                 } => f64::from(irradiance[0]) * direction.normalize().dot(camera.forward) / PI,
-                Light::Point { .. } => panic!("the default lights are far away"),
+                _ => panic!("the default lights are far away"),
             })
             .sum();
         assert!((radiance - 0.9).abs() < 1e-6, "{radiance}");

@@ -20,25 +20,14 @@ impl Scene {
         }
         let mut tables = Arc::unwrap_or_clone(self.tables);
         lift(&mut tables, place);
-        let moved = |p: DVec3| p * scale + offset;
         for light in &mut tables.lights {
-            if let Light::Point {
-                position,
-                intensity,
-                falloff,
-            } = light
-            {
-                *position = moved(*position);
-                if *falloff == Falloff::InverseSquare {
-                    *intensity = intensity.map(|i| (f64::from(i) * scale * scale) as _);
-                }
-            }
+            move_light(light, scale, offset);
         }
         for Camera {
             eye, projection, ..
         } in &mut tables.cameras.rows
         {
-            *eye = moved(*eye);
+            *eye = *eye * scale + offset;
             if let Projection::Orthographic { half_height } = projection {
                 *half_height *= scale;
             }
@@ -67,4 +56,33 @@ fn lift(tables: &mut Tables, place: Affine) {
     instances.push(Edge::node(node).transform(transform));
     tables.roots = instances;
     tables.root_names = Names::default();
+}
+
+/// Scales a light's place and size, and its power so that pictures stay as bright.
+fn move_light(light: &mut Light, scale: f64, offset: DVec3) {
+    let (position, intensity, radius, fades) = match light {
+        Light::Point {
+            position,
+            intensity,
+            falloff,
+            radius,
+        } => (
+            position,
+            intensity,
+            radius,
+            *falloff == Falloff::InverseSquare,
+        ),
+        Light::Spot {
+            position,
+            intensity,
+            radius,
+            ..
+        } => (position, intensity, radius, true),
+        Light::Directional { .. } => return,
+    };
+    *position = *position * scale + offset;
+    *radius *= scale;
+    if fades {
+        *intensity = intensity.map(|i| (f64::from(i) * scale * scale) as _);
+    }
 }

@@ -1,7 +1,9 @@
-//! Lights without extent: points and directions.
+//! Lights without a body, and the environment. Shapes of an emissive material are lights, too,
+//! and stand in no table.
 
 use super::materials::Rgb;
 use glam::DVec3;
+use std::sync::Arc;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Light {
@@ -12,12 +14,31 @@ pub enum Light {
         /// distance, in W/m².
         intensity: Rgb,
         falloff: Falloff,
+        /// The radius of a ball that shines instead of the point and softens shadows, in world
+        /// units; 0 for a point.
+        radius: f64,
+    },
+    Spot {
+        /// The position in world space.
+        position: DVec3,
+        /// The axis of the cone, in which the light travels, of any length > 0.
+        direction: DVec3,
+        /// The radiant intensity along the axis, in W/sr.
+        intensity: Rgb,
+        /// Half the angles of the cones of full light and of any light, in radians; the first
+        /// is the smaller, and the second at most π/2.
+        inner: f64,
+        outer: f64,
+        /// As of a point light.
+        radius: f64,
     },
     Directional {
         /// The direction in which the light travels, in world space, of any length > 0.
         direction: DVec3,
         /// The irradiance on a surface that faces the light, in W/m².
         irradiance: Rgb,
+        /// Half the angle that the light's disc subtends in the sky, in radians; 0 for none.
+        angle: f64,
     },
 }
 
@@ -27,4 +48,27 @@ pub enum Falloff {
     InverseSquare,
     /// No decrease, for formats whose lights have none (NFF, POV SDL).
     None,
+}
+
+/// A map of the radiance from all directions, at infinite distance: longitude by latitude.
+///
+/// Direction (x, y, z), y up, lies in the map at column (½ + atan2(x, −z)/2π)·width and row
+/// acos(y)/π·height, from the left upper corner: the middle column is −z, as in glTF viewers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Environment {
+    pub width: u32,
+    pub height: u32,
+    /// Radiance in W/(sr·m²), linear Rec. 709, row by row from the zenith.
+    pub pixels: Arc<[Rgb]>,
+    /// The turn of the map about +y in radians: from −z at the middle towards −x.
+    pub rotation: f64,
+    /// A factor of all radiance.
+    pub scale: Rgb,
+}
+
+impl Environment {
+    /// Returns the bytes of the map.
+    pub fn bytes(&self) -> usize {
+        self.pixels.len() * size_of::<Rgb>()
+    }
 }

@@ -28,6 +28,7 @@ mod nodes;
 mod paths;
 mod primitives;
 mod shapes;
+mod studio;
 mod tables;
 mod transforms;
 mod watertight;
@@ -50,8 +51,8 @@ pub use ids::*;
 pub use instances::{
     Instance, InstanceTable, Instances, MAX_DEPTH, MAX_INSTANCES, MAX_LAID_OUT, Placement,
 };
-pub use lights::{Falloff, Light};
-pub use materials::{Material, Materials, Model, Rgb};
+pub use lights::{Environment, Falloff, Light};
+pub use materials::{Layers, Material, Materials, Model, Rgb};
 pub use meshes::far_center;
 pub use meshes::{Mesh, MeshData, Meshes};
 pub use motion::{Key, Motions};
@@ -59,6 +60,7 @@ pub use names::Names;
 pub use nodes::{Edge, Edges, Nodes, Target};
 pub use primitives::{faces_of, shape_bounds, shape_center};
 pub use shapes::{Shape, Shapes};
+pub use studio::studio;
 pub use tables::Tables;
 pub use transforms::Transforms;
 pub use watertight::{Leaks, check_closed};
@@ -115,7 +117,18 @@ impl Scene {
     /// Returns the scene and its camera of row `camera`. Default view and lights replace
     /// absent ones; `aspect` is the picture's width over its height.
     pub fn completed(
+        self,
+        camera: Option<usize>,
+        instances: &Instances,
+        aspect: f64,
+    ) -> (Scene, Camera) {
+        self.completed_in(Lighting::default(), camera, instances, aspect)
+    }
+
+    /// Completes a scene as [`Scene::completed`] does, in this lighting if it brings no light.
+    pub fn completed_in(
         mut self,
+        lighting: Lighting,
         camera: Option<usize>,
         instances: &Instances,
         aspect: f64,
@@ -128,11 +141,32 @@ impl Scene {
                 camera
             }
         };
-        if self.lights.is_empty() {
+        if lighting == Lighting::Headlight && self.lights.is_empty() {
             Arc::make_mut(&mut self.tables).lights = default_lights(&camera);
         }
         (self, camera)
     }
+}
+
+impl Scene {
+    /// Puts a scene that brings no light into the studio of a camera.
+    pub fn in_studio(mut self, camera: &Camera) -> Scene {
+        if self.is_dark() {
+            Arc::make_mut(&mut self.tables).environment = Some(studio(camera));
+        }
+        self
+    }
+}
+
+/// What lights a scene that brings no light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Lighting {
+    /// Two directional lights from about the camera ([`default_lights`]).
+    #[default]
+    Headlight,
+    /// A soft studio ([`studio`]), which integrators that find light with an extent put
+    /// around the scene themselves.
+    Studio,
 }
 
 impl Deref for Scene {

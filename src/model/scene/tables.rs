@@ -2,7 +2,7 @@
 
 use super::cameras::{Camera, Cameras};
 use super::csg_tables::CsgTables;
-use super::lights::Light;
+use super::lights::{Environment, Light};
 use super::materials::{Materials, Rgb};
 use super::meshes::Meshes;
 use super::names::Names;
@@ -35,6 +35,8 @@ macro_rules! tables {
             pub cameras: Cameras,
             /// The radiance where a ray meets nothing.
             pub background: Rgb,
+            /// The radiance from all directions, in place of the background.
+            pub environment: Option<Environment>,
         }
 
         impl Tables {
@@ -52,10 +54,33 @@ macro_rules! tables {
                     ("materials", self.materials.bytes()),
                     ("lights", self.lights.len() * size_of::<Light>()),
                     ("cameras", self.cameras.rows.len() * size_of::<Camera>()),
+                    ("environment", self.environment.as_ref().map_or(0, Environment::bytes)),
                 ]
                 .into_iter()
                 .filter(|(_, bytes)| *bytes > 0)
                 .collect()
+            }
+
+            /// Says whether nothing in the scene shines but, perhaps, its background.
+            pub fn is_dark(&self) -> bool {
+                self.lights.is_empty() && self.environment.is_none() && !self.has_emission()
+            }
+
+            /// Says whether some material shines.
+            pub fn has_emission(&self) -> bool {
+                let shines = |material: &super::Material| material.emission != [0.0; 3];
+                self.materials.rows.iter().any(shines)
+            }
+
+            /// Says whether the scene's light has an extent, so that only paths find all of it.
+            pub fn has_soft_light(&self) -> bool {
+                let soft = |light: &Light| match *light {
+                    Light::Point { radius, .. } | Light::Spot { radius, .. } => radius > 0.0,
+                    Light::Directional { angle, .. } => angle > 0.0,
+                };
+                self.environment.is_some()
+                    || self.has_emission()
+                    || self.lights.iter().any(soft)
             }
 
             /// Returns the number of rows of the table of a shape's kind.

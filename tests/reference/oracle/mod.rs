@@ -217,6 +217,7 @@ fn shadows_leave_no_acne_and_no_leak() {
             let light = Light::Directional {
                 direction,
                 irradiance: [1.0; 3],
+                angle: 0.0,
             };
             let facing = -DVec3::from_array(hit.normal).dot(direction);
             let own = shadow(&reference, org, dir, &hit, &light);

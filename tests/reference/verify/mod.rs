@@ -175,9 +175,13 @@ fn t_beyond_f32_is_the_largest() {
             primitive: 0,
             normal: hit.normal,
         },
+        kind: RayKind::Primary,
+        pixel: 0,
+        sample: 0,
+        depth: 0,
         org,
         dir,
-        ..rows(&reference)[0]
+        t_max: f32::INFINITY,
     };
     let wrong = |t: f64, float: Float| {
         let options = VerifyOptions { float, ..ALL };

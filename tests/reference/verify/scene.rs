@@ -48,10 +48,12 @@ pub fn scene() -> Scene {
         position: DVec3::new(3.0, 5.0, 4.0),
         intensity: [10.0; 3],
         falloff: Falloff::InverseSquare,
+        radius: 0.0,
     });
     b.light(Light::Directional {
         direction: DVec3::new(1.0, -1.0, -0.5),
         irradiance: [1.0; 3],
+        angle: 0.0,
     });
     b.camera(
         "",
@@ -103,7 +105,9 @@ pub fn rows(reference: &Reference) -> Vec<TracedRay> {
             let n = DVec3::from_array(hit.normal);
             let p = p + n * 1e-9 * -n.dot(DVec3::from_array(dir)).signum();
             let (to, t_max) = match l {
-                Light::Point { position, .. } => (*position - p, 1.0),
+                Light::Point { position, .. } | Light::Spot { position, .. } => {
+                    (*position - p, 1.0)
+                }
                 Light::Directional { direction, .. } => (-*direction, f32::INFINITY),
             };
             rows.push(TracedRay {

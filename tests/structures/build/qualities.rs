@@ -60,6 +60,7 @@ fn qualities_show_the_same_picture() {
         position: DVec3::new(3.0, 4.0, 5.0),
         intensity: [60.0; 3],
         falloff: Falloff::InverseSquare,
+        radius: 0.0,
     });
     let scene = scene.finish().unwrap();
     let instances = Instances::of(&scene).unwrap();

@@ -13,7 +13,7 @@ const MAX_BITS: u64 = 1 << 15;
 
 /// 2⁷⁶⁸: what f may sum up to where no coordinate is above 1, so that it is in f64's range
 /// with its gradient far from there, too.
-const MAX_SUM: f64 = 1.552_518_092_300_708_9e231;
+const MAX_SUM: f64 = 1.552_518_092_300_709e231;
 
 pub(in crate::geom) fn implicit(row: &Implicit, solver: Solver) -> Result<(), Flaw> {
     let tape = row.tape;
@@ -43,15 +43,17 @@ pub(in crate::geom) fn implicit(row: &Implicit, solver: Solver) -> Result<(), Fl
     if tape.slot_count() > MAX_SLOTS {
         return Err(limit("values at once", tape.slot_count(), "64 at most"));
     }
-    if bits(tape) > MAX_BITS || !(1.0 / MAX_SUM..=MAX_SUM).contains(&tape.evaluate(&Magnitudes)) {
-        return Err(degenerate(
-            "its constants, multiplied out, are too large or too small",
-        ));
+    let beyond = "its constants, multiplied out, are too large or too small";
+    if bits(tape) > MAX_BITS {
+        return Err(degenerate(beyond));
     }
     if is_constant(tape) {
         return Err(degenerate(
             "its polynomial is the same number everywhere, and it has no surface",
         ));
+    }
+    if !(1.0 / MAX_SUM..=MAX_SUM).contains(&tape.evaluate(&Magnitudes)) {
+        return Err(degenerate(beyond));
     }
     if row.clip.is_some() && !row.open {
         return Err(degenerate(

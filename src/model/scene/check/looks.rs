@@ -4,6 +4,7 @@ use super::numbers::{finite, finite3, require};
 use crate::scene::error::{Entity, EntityKind, SceneError};
 use crate::scene::{Light, Material, Model, Projection, Tables};
 use glam::DVec3;
+use std::f64::consts::FRAC_PI_2;
 
 pub(super) fn materials(scene: &Tables) -> Result<(), SceneError> {
     for (i, m) in scene.materials.rows.iter().enumerate() {
@@ -27,6 +28,7 @@ pub(super) fn materials(scene: &Tables) -> Result<(), SceneError> {
             transmission,
             ior,
             model,
+            layers,
         } = m;
         colors("base_color", base_color)?;
         colors("emission", emission)?;
@@ -39,6 +41,39 @@ pub(super) fn materials(scene: &Tables) -> Result<(), SceneError> {
             f64::from(*ior),
             "greater than 0 and finite",
         )?;
+        for (field, value) in [
+            ("opacity", layers.opacity),
+            ("diffuse_roughness", layers.diffuse_roughness),
+            ("specular", layers.specular),
+            ("anisotropy", layers.anisotropy),
+            ("clearcoat", layers.clearcoat),
+            ("clearcoat_roughness", layers.clearcoat_roughness),
+            ("sheen_roughness", layers.sheen_roughness),
+            ("diffuse_transmission", layers.diffuse_transmission),
+            ("iridescence", layers.iridescence),
+        ] {
+            fraction(field, value)?;
+        }
+        colors("specular_color", &layers.specular_color)?;
+        colors("sheen_color", &layers.sheen_color)?;
+        colors(
+            "diffuse_transmission_color",
+            &layers.diffuse_transmission_color,
+        )?;
+        colors("attenuation_color", &layers.attenuation_color)?;
+        colors("dispersion", &[layers.dispersion])?;
+        colors("iridescence_thickness", &[layers.iridescence_thickness])?;
+        finite(
+            what,
+            "anisotropy_rotation",
+            &[f64::from(layers.anisotropy_rotation)],
+        )?;
+        for (field, value) in [
+            ("attenuation_distance", layers.attenuation_distance),
+            ("iridescence_ior", layers.iridescence_ior),
+        ] {
+            require(value > 0.0, what, field, f64::from(value), "greater than 0")?;
+        }
         match model {
             Model::MetallicRoughness {
                 metallic,
@@ -71,26 +106,53 @@ pub(super) fn materials(scene: &Tables) -> Result<(), SceneError> {
 pub(super) fn lights(scene: &Tables) -> Result<(), SceneError> {
     for (i, light) in scene.lights.iter().enumerate() {
         let what = || Entity::new(EntityKind::Light, i as u32, format!("light {i}"));
+        let directed = |direction: DVec3| {
+            finite3(what, "direction", direction)?;
+            if direction == DVec3::ZERO {
+                return Err(SceneError::Degenerate {
+                    what: what(),
+                    why: "its direction is (0, 0, 0)".into(),
+                });
+            }
+            Ok(())
+        };
+        let sized = |field, size: f64, most: f64, must| {
+            require(size >= 0.0 && size <= most, what, field, size, must)
+        };
+        let radius = |radius| sized("radius", radius, f64::MAX, "0 or greater, and finite");
         let (name, power) = match light {
             Light::Point {
                 position,
                 intensity,
+                radius: size,
                 ..
             } => {
                 finite3(what, "position", *position)?;
+                radius(*size)?;
+                ("intensity", intensity)
+            }
+            Light::Spot {
+                position,
+                direction,
+                intensity,
+                inner,
+                outer,
+                radius: size,
+            } => {
+                finite3(what, "position", *position)?;
+                directed(*direction)?;
+                radius(*size)?;
+                sized("outer", *outer, FRAC_PI_2, "between 0 and 90 degrees")?;
+                sized("inner", *inner, *outer, "between 0 and the outer angle")?;
                 ("intensity", intensity)
             }
             Light::Directional {
                 direction,
                 irradiance,
+                angle,
             } => {
-                finite3(what, "direction", *direction)?;
-                if *direction == DVec3::ZERO {
-                    return Err(SceneError::Degenerate {
-                        what: what(),
-                        why: "its direction is (0, 0, 0)".into(),
-                    });
-                }
+                directed(*direction)?;
+                sized("angle", *angle, FRAC_PI_2, "between 0 and 180 degrees")?;
                 ("irradiance", irradiance)
             }
         };

@@ -1,0 +1,562 @@
+//! Emitters: what shines in a scene, and how next-event estimation samples it.
+//!
+//! [`Emitters::sample`] picks an emitter for each point with a probability that follows its
+//! importance there ([`importance`]), and a direction to it. [`Emitters::pdf`] and
+//! [`Emitters::sky`] tell with what density it would have made a direction that a ray has
+//! taken by itself, for multiple importance sampling. Nothing here knows of visibility.
+//!
+//! - Bodies (spheres, triangles, rectangles; two-sided) are sampled uniformly over the solid
+//!   angle that they subtend.
+//! - Point and spot lights have no body that a ray could meet: without radius they are deltas,
+//!   with one they are balls that only this sampling finds.
+//! - What is infinitely far (the environment, suns) is one mixture of densities: whichever of
+//!   them made a direction, the radiance is that of all of them together, and so is the density.
+//!
+//! Constant skies are not sampled: BSDF sampling does it as well.
+
+mod body;
+mod few;
+mod importance;
+mod place;
+mod rectangle;
+mod sphere;
+mod sun;
+#[cfg(test)]
+pub(crate) mod tests;
+mod tree;
+mod tree_build;
+mod triangle;
+
+use crate::environment::{Compensation, SkyMap};
+pub use body::{Body, Emitter};
+use body::{Prepared, prepare, sides};
+use few::Chances;
+use importance::{Bounds, Facing, Receiver};
+use lanecast_model::scene::{Environment, Rgb};
+use lanecast_numerics::math::Vec3;
+use lanecast_numerics::math::lanes::{Lanes, Mask};
+use place::{Place, Row, narrow};
+use std::f64::consts::PI;
+use sun::Sun;
+
+/// The id of no emitter.
+pub const NONE: u32 = u32::MAX;
+
+/// Directions from points to the lights that were picked for them.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSample<L: Lanes> {
+    /// Lanes that have a sample; in others all else is meaningless but never NaN.
+    pub some: L::Mask,
+    /// The emitter's id; that of the environment is their count.
+    pub emitter: L::Ids,
+    /// From the point to the sampled point of the light, which lies at t = 1; of unit length
+    /// if the light is infinitely far.
+    pub dir: Vec3<L::Double>,
+    pub far: L::Mask,
+    /// The radiance that arrives without obstacles; of a delta light the irradiance on a
+    /// surface that faces it.
+    pub radiance: [L; 3],
+    /// The density over solid angle, the probability of the pick included; that probability
+    /// alone for delta lights.
+    pub pdf: L,
+    /// Lanes whose light no ray meets, so that the weight of this sample is 1: points, spots,
+    /// and suns without extent; also points and spots with a radius, which have a density.
+    pub delta: L::Mask,
+}
+
+/// How an emitter is sampled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    /// A degenerate or black one, which is never picked.
+    Nothing,
+    Sphere,
+    Triangle,
+    Rectangle,
+    /// A point or spot light without extent.
+    Point,
+    /// A point or spot light with a radius.
+    Ball,
+    /// A directional light without extent, or a disc in the sky.
+    Sun,
+    /// The environment, whose id is the count of emitters.
+    Sky,
+}
+
+/// The emitters of a scene, prepared for sampling.
+#[derive(Clone, Debug)]
+pub struct Emitters {
+    kinds: Vec<Kind>,
+    rows: Vec<Row>,
+    /// Radiance of bodies and balls; intensity of points.
+    light: Vec<Rgb>,
+    facing: Vec<Facing>,
+    /// Ids of emitters with a place that shine.
+    local: Vec<u32>,
+    bounds: Vec<Bounds>,
+    /// Over `local`, if there are many.
+    tree: Option<tree::Tree>,
+    /// The place in `local` of each id, [`NONE`] for others.
+    slots: Vec<u32>,
+    suns: Vec<Sun>,
+    sky: Option<SkyMap>,
+    background: Rgb,
+    /// The mean irradiance that the sampled part of the environment brings, 0 for none.
+    sky_irradiance: f32,
+}
+
+impl Emitters {
+    /// Prepares emitters, whose ids are their places in the list. Degenerate and black ones
+    /// keep their ids and are never sampled. The background is the radiance of a sky without
+    /// an environment.
+    pub fn new(
+        emitters: Vec<Emitter>,
+        environment: Option<&Environment>,
+        background: Rgb,
+    ) -> Emitters {
+        Emitters::with_compensation(emitters, environment, background, Compensation::Compensated)
+    }
+
+    /// As [`Emitters::new`], with a choice how the environment is sampled.
+    pub fn with_compensation(
+        emitters: Vec<Emitter>,
+        environment: Option<&Environment>,
+        background: Rgb,
+        compensation: Compensation,
+    ) -> Emitters {
+        let sky = environment.map(|map| SkyMap::new(map, compensation));
+        let mut all = Emitters {
+            kinds: Vec::with_capacity(emitters.len()),
+            rows: Vec::with_capacity(emitters.len()),
+            light: Vec::with_capacity(emitters.len()),
+            facing: Vec::with_capacity(emitters.len()),
+            local: Vec::new(),
+            bounds: Vec::new(),
+            tree: None,
+            slots: Vec::with_capacity(emitters.len()),
+            suns: Vec::new(),
+            background,
+            // Of uniform radiance the irradiance is π times it.
+            sky_irradiance: sky
+                .as_ref()
+                .map_or(0.0, |sky| sky.sampled_mean() * PI as f32),
+            sky,
+        };
+        for (id, emitter) in (0..).zip(&emitters) {
+            all.add(id, emitter);
+        }
+        if all.local.len() > few::FEW {
+            let boxes = all
+                .local
+                .iter()
+                .map(|&id| sides(&emitters[id as usize].body));
+            let boxes: Vec<_> = boxes.collect();
+            all.tree = Some(tree_build::build(&all.bounds, &boxes));
+        }
+        all
+    }
+
+    /// Whether nothing can be sampled.
+    pub fn is_empty(&self) -> bool {
+        self.local.is_empty() && self.far_count() == 0
+    }
+
+    /// Returns the bytes of all tables.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.kinds)
+            + size_of_val(&*self.rows)
+            + size_of_val(&*self.light)
+            + size_of_val(&*self.facing)
+            + size_of_val(&*self.local)
+            + size_of_val(&*self.slots)
+            + size_of_val(&*self.bounds)
+            + self.tree.as_ref().map_or(0, tree::Tree::bytes)
+            + self.sky.as_ref().map_or(0, SkyMap::bytes)
+    }
+
+    /// Returns how many infinitely far lights are sampled.
+    fn far_count(&self) -> usize {
+        self.suns.len() + usize::from(self.sky_irradiance > 0.0)
+    }
+
+    /// Returns the id of sun k, or of the environment after the last sun.
+    fn far_id(&self, k: usize) -> u32 {
+        self.suns
+            .get(k)
+            .map_or(self.kinds.len() as u32, |sun| sun.id)
+    }
+
+    fn add(&mut self, id: u32, emitter: &Emitter) {
+        let Prepared {
+            kind,
+            row,
+            light,
+            bounds,
+        } = prepare(emitter);
+        let black = light.iter().all(|&x| x <= 0.0) || light.iter().any(|x| !x.is_finite());
+        let kind = if black { Kind::Nothing } else { kind };
+        self.facing.push(bounds.facing);
+        let has_place = !matches!(kind, Kind::Nothing | Kind::Sun | Kind::Sky);
+        let slot = if has_place {
+            self.local.len() as u32
+        } else {
+            NONE
+        };
+        self.slots.push(slot);
+        match kind {
+            Kind::Nothing | Kind::Sky => {}
+            Kind::Sun => self.suns.push(Sun::new(id, &row, light)),
+            _ => {
+                self.local.push(id);
+                self.bounds.push(bounds);
+            }
+        }
+        self.kinds.push(kind);
+        self.rows.push(row);
+        self.light.push(light);
+    }
+
+    /// Samples a light for each active lane. `normal` is the shading normal on the side from
+    /// which light counts, zero if it counts from both. `pick` selects the emitter, `u` the
+    /// direction; all are in [0, 1).
+    #[inline(always)]
+    pub fn sample<L: Lanes<Scalar = f32>>(
+        &self,
+        point: Vec3<L::Double>,
+        normal: Vec3<L>,
+        active: L::Mask,
+        pick: L,
+        u: [L; 2],
+    ) -> LightSample<L> {
+        let mut sample = LightSample {
+            some: L::Mask::splat(false),
+            emitter: L::ids(NONE),
+            dir: Vec3::new(
+                L::Double::splat(0.0),
+                L::Double::splat(0.0),
+                L::Double::splat(1.0),
+            ),
+            far: L::Mask::splat(false),
+            radiance: [L::zero(); 3],
+            pdf: L::splat(1.0),
+            delta: L::Mask::splat(false),
+        };
+        if self.is_empty() || active.none() {
+            return sample;
+        }
+        let receiver = Receiver::new(point, normal);
+        let chances = Chances::of(self, &receiver);
+        let (ids, chance) = chances.choose(self, &receiver, active, pick);
+        sample.emitter = ids;
+        sample.pdf = chance;
+        let kinds = self.kinds_of::<L>(ids);
+        // Without rows only the environment is there, which needs none.
+        let place = Place::<L>::gather(&self.rows, ids, point);
+        let light = self.light_of::<L>(ids);
+        if kinds.any(Kind::Triangle) {
+            sample.triangle(kinds.mask::<L>(Kind::Triangle), &place, light, u);
+        }
+        if kinds.any(Kind::Rectangle) {
+            sample.rectangle(kinds.mask::<L>(Kind::Rectangle), &place, light, u);
+        }
+        if kinds.any(Kind::Sphere) {
+            sample.sphere(kinds.mask::<L>(Kind::Sphere), &place, light, u);
+        }
+        if kinds.any(Kind::Ball) || kinds.any(Kind::Point) {
+            let [ball, point] = [Kind::Ball, Kind::Point].map(|kind| kinds.mask::<L>(kind));
+            self.ball(&mut sample, ball, point, &place, light, u);
+        }
+        if kinds.any(Kind::Sun) || kinds.any(Kind::Sky) {
+            let [sun, sky] = [Kind::Sun, Kind::Sky].map(|kind| kinds.mask::<L>(kind));
+            self.far(&mut sample, sun, sky, &place, light, &receiver, &chances, u);
+        }
+        // What is black, in an emitter's own plane, or beyond f32 brings no light.
+        let [r, g, b] = sample.radiance;
+        let most = L::splat(f32::MAX);
+        let shines = (r + g + b).gt(L::zero()) & (r + g + b).le(most);
+        let dense = sample.pdf.gt(L::zero()) & sample.pdf.le(most);
+        let length = L::narrow(sample.dir.max_abs());
+        sample.some = sample.some & active & shines & dense & length.gt(L::zero());
+        let bright = |x| L::select(sample.some, x, L::zero());
+        sample.radiance = sample.radiance.map(bright);
+        sample.pdf = L::select(sample.some, sample.pdf, L::splat(1.0));
+        sample
+    }
+
+    /// Returns the density with which [`Emitters::sample`] would have made `dir`, the vector
+    /// from the point to where it meets the emitter; 0 where it never would, and for
+    /// [`NONE`].
+    #[inline(always)]
+    pub fn pdf<L: Lanes<Scalar = f32>>(
+        &self,
+        ids: L::Ids,
+        point: Vec3<L::Double>,
+        normal: Vec3<L>,
+        dir: Vec3<L::Double>,
+    ) -> L {
+        let kinds = self.kinds_of::<L>(ids);
+        let bodies = [Kind::Triangle, Kind::Rectangle, Kind::Sphere];
+        if self.is_empty() || !bodies.iter().any(|&kind| kinds.any(kind)) {
+            return L::zero();
+        }
+        let receiver = Receiver::new(point, normal);
+        let place = Place::<L>::gather(&self.rows, ids, point);
+        let mut pdf = L::zero();
+        if kinds.any(Kind::Triangle) {
+            let of = L::splat(1.0) / triangle::Seen::of(&place).angle;
+            pdf = L::select(kinds.mask::<L>(Kind::Triangle), of, pdf);
+        }
+        if kinds.any(Kind::Rectangle) {
+            let of = rectangle::Seen::of(&place).pdf(&place, dir);
+            pdf = L::select(kinds.mask::<L>(Kind::Rectangle), of, pdf);
+        }
+        if kinds.any(Kind::Sphere) {
+            let of = sphere::Seen::of(&place).pdf(&place, dir);
+            pdf = L::select(kinds.mask::<L>(Kind::Sphere), of, pdf);
+        }
+        let pdf = pdf * Chances::of(self, &receiver).of_local(self, &receiver, ids);
+        let good = pdf.gt(L::zero()) & pdf.le(L::splat(f32::MAX));
+        L::select(good, pdf, L::zero())
+    }
+
+    /// Returns the radiance from a direction in which nothing lies, and the density with which
+    /// [`Emitters::sample`] would have made it for this point and normal.
+    #[inline(always)]
+    pub fn sky<L: Lanes<Scalar = f32>>(
+        &self,
+        dir: Vec3<L>,
+        point: Vec3<L::Double>,
+        normal: Vec3<L>,
+    ) -> ([L; 3], L) {
+        if self.sky_irradiance == 0.0 && self.suns.iter().all(|sun| sun.versine == 0.0) {
+            return (self.sky_radiance(dir), L::zero());
+        }
+        let receiver = Receiver::new(point, normal);
+        self.sky_with(dir, &receiver, &Chances::of(self, &receiver))
+    }
+
+    /// Returns the radiance from a direction in which nothing lies.
+    #[inline(always)]
+    pub fn sky_radiance<L: Lanes<Scalar = f32>>(&self, dir: Vec3<L>) -> [L; 3] {
+        let sky = match &self.sky {
+            Some(sky) => sky.radiance(dir),
+            None => self.background.map(L::splat),
+        };
+        self.with_suns(dir, sky)
+    }
+
+    /// Adds the suns' discs to the radiance of the sky.
+    #[inline(always)]
+    fn with_suns<L: Lanes<Scalar = f32>>(&self, dir: Vec3<L>, mut radiance: [L; 3]) -> [L; 3] {
+        for sun in self.suns.iter().filter(|sun| sun.versine > 0.0) {
+            let within = sun.contains(dir);
+            for (sum, light) in radiance.iter_mut().zip(sun.radiance) {
+                *sum = *sum + L::select(within, L::splat(light), L::zero());
+            }
+        }
+        radiance
+    }
+
+    #[inline(always)]
+    fn sky_with<L: Lanes<Scalar = f32>>(
+        &self,
+        dir: Vec3<L>,
+        receiver: &Receiver<L>,
+        chances: &Chances<L>,
+    ) -> ([L; 3], L) {
+        let (radiance, mut pdf) = match &self.sky {
+            Some(sky) if self.sky_irradiance > 0.0 => {
+                let (radiance, pdf) = sky.radiance_and_pdf(dir);
+                (
+                    radiance,
+                    pdf * chances.of_far(self, receiver, self.suns.len()),
+                )
+            }
+            Some(sky) => (sky.radiance(dir), L::zero()),
+            None => (self.background.map(L::splat), L::zero()),
+        };
+        for (k, sun) in self.suns.iter().enumerate() {
+            if sun.versine > 0.0 {
+                let of = chances.of_far(self, receiver, k) * L::splat(sun.pdf);
+                pdf = pdf + L::select(sun.contains(dir), of, L::zero());
+            }
+        }
+        (self.with_suns(dir, radiance), pdf)
+    }
+
+    #[inline(always)]
+    fn ball<L: Lanes<Scalar = f32>>(
+        &self,
+        sample: &mut LightSample<L>,
+        ball: L::Mask,
+        point: L::Mask,
+        place: &Place<L>,
+        light: [L; 3],
+        u: [L; 2],
+    ) {
+        let one = L::Double::splat(1.0);
+        let to = place.origin;
+        let square = to.length_squared().max(L::Double::splat(1e-300));
+        let (slope, start, constant) = self.facing_of::<L>(sample.emitter);
+        // A spot light's fade; of all others the ramp is 1.
+        let cos = -(to.dot(place.n) / square.sqrt());
+        let ramp = (cos * slope + start).max(L::Double::splat(0.0)).min(one);
+        let fade = L::narrow(ramp * ramp);
+        let decrease = L::narrow(L::Double::select(constant, one, one / square));
+        let mut dir = to;
+        let mut factor = decrease * fade;
+        let mut pdf = L::splat(1.0);
+        if ball.any() {
+            let seen = sphere::Seen::of(place);
+            let on_ball = seen.sample(place, u);
+            let mask = <L::Double as Lanes>::Mask::from_bits(ball.bits());
+            dir = Vec3::select(mask, on_ball, dir);
+            // The ball's radiance is intensity/πr²; without decrease irradiance/(π sin²).
+            let disc = L::Double::select(constant, seen.sin_squared, place.s * place.s);
+            let radiance = L::narrow(one / (disc * L::Double::splat(PI))) * fade;
+            factor = L::select(ball, radiance, factor);
+            pdf = L::select(ball, seen.pdf(place, on_ball), pdf);
+        }
+        sample.put(ball | point, dir, light.map(|x| x * factor), pdf);
+        sample.delta = sample.delta | ball | point;
+    }
+
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments)]
+    fn far<L: Lanes<Scalar = f32>>(
+        &self,
+        sample: &mut LightSample<L>,
+        sun: L::Mask,
+        sky: L::Mask,
+        place: &Place<L>,
+        light: [L; 3],
+        receiver: &Receiver<L>,
+        chances: &Chances<L>,
+        u: [L; 2],
+    ) {
+        let mask = sun | sky;
+        let mut dir = sun::sample(place, u);
+        if let (true, Some(map)) = (sky.any(), &self.sky) {
+            let to = map.sample(u);
+            let to = Vec3::new(to.x.widen(), to.y.widen(), to.z.widen());
+            let in_sky = <L::Double as Lanes>::Mask::from_bits(sky.bits());
+            dir = Vec3::select(in_sky, to, dir);
+        }
+        // Of deltas the sample is what the light says, of all else what the sky there is.
+        let disc = L::narrow(place.s).gt(L::zero()) | sky;
+        let (radiance, pdf) = self.sky_with(narrow(dir), receiver, chances);
+        let radiance = std::array::from_fn(|c| L::select(disc, radiance[c], light[c]));
+        let pdf = L::select(disc, pdf, sample.pdf);
+        sample.put(mask, dir, radiance, L::splat(1.0));
+        sample.pdf = L::select(mask, pdf, sample.pdf);
+        sample.far = sample.far | mask;
+        sample.delta = sample.delta | (mask & !disc);
+    }
+
+    #[inline(always)]
+    fn kinds_of<L: Lanes>(&self, ids: L::Ids) -> Kinds {
+        let mut bits = [0; 8];
+        for (lane, &id) in ids.as_ref().iter().enumerate() {
+            let kind = match self.kinds.get(id as usize) {
+                Some(&kind) => kind,
+                None if id as usize == self.kinds.len() => Kind::Sky,
+                None => Kind::Nothing,
+            };
+            bits[kind as usize] |= 1 << lane;
+        }
+        Kinds(bits)
+    }
+
+    #[inline(always)]
+    fn light_of<L: Lanes<Scalar = f32>>(&self, ids: L::Ids) -> [L; 3] {
+        let ids = ids.as_ref();
+        let of = |i: usize| self.light.get(ids[i] as usize).copied().unwrap_or_default();
+        let Vec3 { x, y, z } = Vec3::of_lanes(of);
+        [x, y, z]
+    }
+
+    /// Returns slope and start of the spot lights' ramps, and lanes without decrease.
+    #[inline(always)]
+    #[allow(clippy::type_complexity)]
+    fn facing_of<L: Lanes<Scalar = f32>>(
+        &self,
+        ids: L::Ids,
+    ) -> (L::Double, L::Double, <L::Double as Lanes>::Mask) {
+        let mut ramp = [
+            L::Double::splat(0.0).to_array(),
+            L::Double::splat(1.0).to_array(),
+        ];
+        let mut constant = 0;
+        for (lane, &id) in ids.as_ref().iter().enumerate() {
+            match self.facing.get(id as usize) {
+                Some(&Facing::Spot { .. }) => {
+                    let row = &self.rows[id as usize];
+                    ramp[0].as_mut()[lane] = row.u[0];
+                    ramp[1].as_mut()[lane] = row.u[1];
+                }
+                Some(Facing::Everywhere) => constant |= 1 << lane,
+                _ => {}
+            }
+        }
+        let [slope, start] = ramp.map(|x| L::Double::load(x.as_ref()));
+        (
+            slope,
+            start,
+            <L::Double as Lanes>::Mask::from_bits(constant),
+        )
+    }
+}
+
+/// The lanes of each kind, as bits.
+#[derive(Clone, Copy, Debug)]
+struct Kinds([u32; 8]);
+
+impl Kinds {
+    #[inline(always)]
+    fn any(self, kind: Kind) -> bool {
+        self.0[kind as usize] != 0
+    }
+
+    #[inline(always)]
+    fn mask<L: Lanes>(self, kind: Kind) -> L::Mask {
+        L::Mask::from_bits(self.0[kind as usize])
+    }
+}
+
+impl<L: Lanes<Scalar = f32>> LightSample<L> {
+    #[inline(always)]
+    fn triangle(&mut self, mask: L::Mask, place: &Place<L>, light: [L; 3], u: [L; 2]) {
+        let seen = triangle::Seen::of(place);
+        let [a, b] = seen.sample(u).map(L::widen);
+        let dir = place.origin + place.u * a + place.v * b;
+        self.put(mask, dir, light, L::splat(1.0) / seen.angle);
+    }
+
+    #[inline(always)]
+    fn rectangle(&mut self, mask: L::Mask, place: &Place<L>, light: [L; 3], u: [L; 2]) {
+        let seen = rectangle::Seen::of(place);
+        let [a, b] = seen.sample(u).map(L::widen);
+        let dir = place.origin + place.u * (a * place.s) + place.v * (b * place.t);
+        let some = mask & seen.angle.gt(L::zero());
+        self.put(some, dir, light, seen.pdf(place, dir));
+    }
+
+    #[inline(always)]
+    fn sphere(&mut self, mask: L::Mask, place: &Place<L>, light: [L; 3], u: [L; 2]) {
+        let seen = sphere::Seen::of(place);
+        let dir = seen.sample(place, u);
+        self.put(mask, dir, light, seen.pdf(place, dir));
+    }
+
+    /// Puts samples into some lanes; the density is multiplied by what is there, the
+    /// probability of the pick.
+    #[inline(always)]
+    fn put(&mut self, mask: L::Mask, dir: Vec3<L::Double>, radiance: [L; 3], pdf: L) {
+        let wide = <L::Double as Lanes>::Mask::from_bits(mask.bits());
+        self.dir = Vec3::select(wide, dir, self.dir);
+        for (old, new) in self.radiance.iter_mut().zip(radiance) {
+            *old = L::select(mask, new, *old);
+        }
+        self.pdf = L::select(mask, self.pdf * pdf, self.pdf);
+        self.some = self.some | mask;
+    }
+}

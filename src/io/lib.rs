@@ -14,7 +14,7 @@
 //!    goes into `shared/merge_meshes.rs`;
 //! 3. add its good and bad files to `tests/formats`.
 //!
-//! Picture formats are in `shared/picture.rs`.
+//! Picture formats are in `shared/picture.rs`, those of environment maps in `environment_map.rs`.
 //!
 //! This crate is a part of Lanecast that may change with any version; the stable interface
 //! is the crate `lanecast`.
@@ -22,8 +22,10 @@
 use lanecast_model::{geom, scene};
 use lanecast_numerics::{math, roots};
 
+mod environment_map;
 mod error;
 mod gltf;
+mod mitsuba;
 mod native;
 mod nff;
 mod obj;
@@ -37,6 +39,7 @@ mod shared;
 mod stl;
 
 pub use error::{LoadError, SaveError};
+pub use mitsuba::{MitsubaError, MitsubaPicture, MitsubaScene, mitsuba_scene};
 pub use native::json_schema;
 pub use polynomials::{KnownRoot, Listed, load_polynomials};
 pub use pov::{PovError, text as pov_text};
@@ -47,6 +50,7 @@ pub use shared::merge_meshes::import_mesh;
 pub use shared::outputs::{Outputs, check_writable, discard_unfinished};
 pub use shared::picture::{AovSet, Picture, PictureFile, picture_files};
 pub use shared::srgb::SrgbEncoder;
+pub use shared::view_transform::{Bits, Development, Tone};
 
 use crate::scene::{Edge, MeshData, Scene, SceneBuilder, SceneError};
 use std::path::{Path, PathBuf};

@@ -9,7 +9,7 @@
 
 use crate::geom::{Cone, Cylinder, Sphere};
 use crate::scene::{
-    Camera, Edge, Falloff, Light, Material, MaterialId, Model, Rgb, SceneBuilder, ShapeId,
+    Camera, Edge, Falloff, Layers, Light, Material, MaterialId, Model, Rgb, SceneBuilder, ShapeId,
 };
 use crate::shared::folder;
 use crate::shared::line_column::line_column;
@@ -74,6 +74,7 @@ pub(super) fn import(
             position,
             intensity: color.map(|c| (f64::from(c) * share) as f32),
             falloff: Falloff::None,
+            radius: 0.0,
         });
     }
     Ok(())
@@ -172,6 +173,7 @@ fn fill(words: &mut Words) -> Result<Material> {
             exponent,
             mirror: [ks; 3],
         },
+        layers: Layers::default(),
     })
 }
 

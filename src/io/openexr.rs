@@ -2,7 +2,8 @@
 //!
 //! | output | channels | type |
 //! |---|---|---|
-//! | colour | `R` `G` `B`, linear Rec. 709 | FLOAT |
+//! | colour | `R` `G` `B`, linear Rec. 709, premultiplied | FLOAT |
+//! | alpha | `A` | FLOAT |
 //! | depth | `Z` | FLOAT |
 //! | position, normal | `position.X` `.Y` `.Z`, `normal.X` `.Y` `.Z` | FLOAT |
 //! | albedo | `albedo.R` `.G` `.B` | FLOAT |
@@ -77,6 +78,10 @@ fn channels(picture: &Picture, content: Content) -> Vec<AnyChannel<FlatSamples>>
     }
     if let Some(albedo) = &picture.albedo {
         triple("albedo.", ["R", "G", "B"], albedo);
+    }
+    let alpha = picture.alpha.as_ref();
+    if let Some(alpha) = alpha.filter(|_| content == Content::ColorAndAovs) {
+        float("A".into(), alpha.clone());
     }
     if let Some(depth) = &picture.depth {
         float("Z".into(), depth.clone());

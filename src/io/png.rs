@@ -1,25 +1,81 @@
-//! PNG writer: 8-bit sRGB, no alpha, top row first.
+//! PNG writer: 8 or 16 bits, sRGB, top row first, with straight alpha if the picture has any.
+//!
+//! Colour is premultiplied in a picture and straight in the file, as PNG asks for: it is divided
+//! by alpha, and then developed. Where alpha is 0 the file is black, and light that a pixel has
+//! without covering anything, such as a glow, is lost. Alpha is linear and not dithered.
 
 use crate::shared::srgb::SrgbEncoder;
-use crate::{Picture, SaveError};
+use crate::{Bits, Development, Picture, SaveError};
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 use std::path::Path;
 
-/// Encodes a picture's colour; `path` is for messages only.
-pub(super) fn encode(picture: &Picture, path: &Path) -> Result<Vec<u8>, SaveError> {
-    let srgb = SrgbEncoder::new();
-    let rgb: Vec<u8> = picture
-        .color
-        .iter()
-        .flat_map(|rgb| rgb.map(|channel| srgb.encode(channel)))
-        .collect();
+/// Develops and encodes a picture's colour; `path` is for messages only.
+pub(super) fn encode(
+    picture: &Picture,
+    development: &Development,
+    path: &Path,
+) -> Result<Vec<u8>, SaveError> {
+    let has_alpha = picture.alpha.is_some();
+    let (samples, kind) = match (development.bits, has_alpha) {
+        (Bits::Eight, false) if development.is_plain() => (plain(picture), ExtendedColorType::Rgb8),
+        (Bits::Eight, false) => (low(picture, development), ExtendedColorType::Rgb8),
+        (Bits::Eight, true) => (low(picture, development), ExtendedColorType::Rgba8),
+        (Bits::Sixteen, false) => (high(picture, development), ExtendedColorType::Rgb16),
+        (Bits::Sixteen, true) => (high(picture, development), ExtendedColorType::Rgba16),
+    };
     let mut bytes = Vec::new();
     PngEncoder::new(&mut bytes)
-        .write_image(&rgb, picture.width, picture.height, ExtendedColorType::Rgb8)
+        .write_image(&samples, picture.width, picture.height, kind)
         .map_err(|e| SaveError::Encode {
             path: path.into(),
             message: e.to_string(),
         })?;
     Ok(bytes)
+}
+
+/// Encodes by the table of borders, without alpha.
+fn plain(picture: &Picture) -> Vec<u8> {
+    let srgb = SrgbEncoder::new();
+    let pixels = picture.color.iter();
+    pixels
+        .flat_map(|rgb| rgb.map(|channel| srgb.encode(channel)))
+        .collect()
+}
+
+fn low(picture: &Picture, development: &Development) -> Vec<u8> {
+    let mut samples = Vec::with_capacity(picture.color.len() * 4);
+    each_sample(picture, development, |code| samples.push(code as u8));
+    samples
+}
+
+/// Returns samples in the machine's order of bytes, which the encoder turns to PNG's.
+fn high(picture: &Picture, development: &Development) -> Vec<u8> {
+    let mut samples = Vec::with_capacity(picture.color.len() * 8);
+    each_sample(picture, development, |code| {
+        samples.extend(code.to_ne_bytes())
+    });
+    samples
+}
+
+/// Gives every sample of the file in turn: the channels of a pixel, then its alpha.
+fn each_sample(picture: &Picture, development: &Development, mut put: impl FnMut(u16)) {
+    let develop = development.developer();
+    for (i, color) in picture.color.iter().enumerate() {
+        let alpha = picture.alpha.as_ref().map(|alpha| alpha[i]);
+        let straight = match alpha {
+            None => *color,
+            // NaN counts as 0.
+            Some(alpha) if alpha > 0.0 => color.map(|c| c / alpha),
+            Some(_) => [0.0; 3],
+        };
+        let (x, y) = (i as u32 % picture.width, i as u32 / picture.width);
+        for code in develop.codes(straight, x, y) {
+            put(code);
+        }
+        if let Some(alpha) = alpha {
+            let highest = development.bits.highest();
+            put((f64::from(alpha) * f64::from(highest) + 0.5).min(f64::from(highest)) as u16);
+        }
+    }
 }

@@ -17,14 +17,22 @@ use std::path::Path;
 
 /// Extensions that are imported, or concern only textures, which are counted and not
 /// imported.
-const KNOWN_EXTENSIONS: [&str; 11] = [
+const KNOWN_EXTENSIONS: [&str; 19] = [
     "EXT_mesh_gpu_instancing",
     "KHR_node_visibility",
     "KHR_lights_punctual",
+    "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",
+    "KHR_materials_diffuse_transmission",
+    "KHR_materials_dispersion",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
+    "KHR_materials_iridescence",
+    "KHR_materials_sheen",
+    "KHR_materials_specular",
     "KHR_materials_transmission",
     "KHR_materials_unlit",
+    "KHR_materials_volume",
     "KHR_mesh_quantization",
     "KHR_texture_transform",
     "KHR_texture_basisu",

@@ -97,7 +97,7 @@ pub(super) fn import(
         report.add_many(what, count);
     }
     left_out(&file.root, report);
-    let materials = material::import(&file, scene, report);
+    let materials = material::import(&file, scene, report)?;
     nodes::import(&file, &placements, &materials, scene, report)
 }
 

@@ -20,6 +20,7 @@ use gltf::json::extensions::scene::khr_lights_punctual::Type as LightType;
 use gltf::json::validation::Checked;
 use serde_json::Value;
 use std::collections::HashMap;
+use std::f32::consts::FRAC_PI_4;
 
 /// The parent of a root.
 const NO_PARENT: u32 = u32::MAX;
@@ -486,8 +487,8 @@ fn camera(
     Ok(())
 }
 
-/// Adds the light of a node, if it has one: a directional light along -z of the node, or a
-/// point light at its origin. The cones of spot lights are not supported.
+/// Adds the light of a node, if it has one: a directional light along -z of the node, a point
+/// light at its origin, or a spot light from there along -z.
 fn light(
     file: &File,
     node: usize,
@@ -516,19 +517,36 @@ fn light(
                     scene.light(Light::Directional {
                         direction,
                         irradiance: power,
+                        angle: 0.0,
                     });
                 }
                 None => report.add("light of a node scaled to nothing"),
             }
         }
-        Checked::Valid(kind) => {
-            if kind == LightType::Spot {
-                report.add("spot light cone");
+        Checked::Valid(LightType::Spot) => {
+            let travels = DVec3::from_array(world.vector([0.0, 0.0, -1.0]));
+            let cone = source.spot.as_ref();
+            match unit(travels) {
+                Some(direction) => {
+                    let outer = cone.map_or(FRAC_PI_4, |cone| cone.outer_cone_angle);
+                    scene.light(Light::Spot {
+                        position: DVec3::from_array(world.translation),
+                        direction,
+                        intensity: power,
+                        inner: cone.map_or(0.0, |cone| f64::from(cone.inner_cone_angle)),
+                        outer: f64::from(outer),
+                        radius: 0.0,
+                    });
+                }
+                None => report.add("light of a node scaled to nothing"),
             }
+        }
+        Checked::Valid(LightType::Point) => {
             scene.light(Light::Point {
                 position: DVec3::from_array(world.translation),
                 intensity: power,
                 falloff: Falloff::InverseSquare,
+                radius: 0.0,
             });
         }
         Checked::Invalid => report.add("light of an unknown type"),

@@ -1,6 +1,7 @@
 //! Tests with tiny documents built in memory: their builders, whole meshes, and files.
 
 mod accessors;
+mod materials;
 mod nodes;
 
 use super::*;

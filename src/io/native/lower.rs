@@ -4,20 +4,18 @@
 //! Nothing here recurses, and names are looked up in hash maps: a chain of a
 //! million nodes is as good as any other file.
 
+use super::lower_looks::{camera, environment, light, material};
 use super::schema::{self, Named, Triple};
 use super::source_spans::At;
 use super::tree::{Source, nearest, quoted};
 use super::{lower_csg, lower_shape, rotate};
 use crate::math::Affine;
-use crate::scene::{
-    Camera, Edge, Entity, EntityKind, Falloff, Key, Light, Material, MaterialId, Model, NodeId,
-    SceneBuilder, ShapeId,
-};
+use crate::scene::{Edge, Entity, EntityKind, Key, MaterialId, NodeId, SceneBuilder, ShapeId};
 use crate::{ImportReport, LoadError, LoadOptions};
 use glam::DVec3;
 use std::collections::HashMap;
 
-type Result<T> = std::result::Result<T, LoadError>;
+pub(super) type Result<T> = std::result::Result<T, LoadError>;
 
 /// Byte offsets of entities in the text, a column per kind, in the tables' order.
 #[derive(Debug, Default)]
@@ -62,6 +60,9 @@ pub(super) fn lower(
     if let Some(background) = file.background {
         scene.background(background.value);
         at.background = Some(background.at);
+    }
+    if let Some(row) = &file.environment {
+        environment(source, row, (options, report), scene)?;
     }
     if let Some(row) = file.camera {
         scene.camera("", camera(source, &row)?);
@@ -297,7 +298,7 @@ pub(super) fn exactly_one(
     }
 }
 
-fn not_one(source: &Source, at: usize, what: &str, given: &[(&str, bool)]) -> LoadError {
+pub(super) fn not_one(source: &Source, at: usize, what: &str, given: &[(&str, bool)]) -> LoadError {
     let names = |is: bool| {
         let names = given.iter().filter(|(_, given)| *given == is);
         names.map(|(name, _)| *name).collect::<Vec<_>>()
@@ -312,7 +313,7 @@ fn not_one(source: &Source, at: usize, what: &str, given: &[(&str, bool)]) -> Lo
     source.error(at, message)
 }
 
-fn not_zero(source: &Source, what: &str, v: &At<Triple>) -> Result<DVec3> {
+pub(super) fn not_zero(source: &Source, what: &str, v: &At<Triple>) -> Result<DVec3> {
     if v.value == [0.0; 3] {
         return Err(source.error(
             v.at,
@@ -320,102 +321,4 @@ fn not_zero(source: &Source, what: &str, v: &At<Triple>) -> Result<DVec3> {
         ));
     }
     Ok(DVec3::from_array(v.value))
-}
-
-fn camera(source: &Source, row: &At<schema::Camera>) -> Result<Camera> {
-    let camera = &row.value;
-    let eye = DVec3::from_array(camera.eye.value);
-    let look_at = DVec3::from_array(camera.look_at);
-    if eye == look_at {
-        let message = "eye and look_at are the same point; the camera looks nowhere";
-        return Err(source.error(camera.eye.at, message));
-    }
-    if !(look_at - eye).is_finite() {
-        let message = "eye and look_at are farther apart than f64 can tell, 1.8e308; bring \
-                       them nearer";
-        return Err(source.error(camera.eye.at, message));
-    }
-    let up = match &camera.up {
-        Some(up) => not_zero(source, "up", up)?,
-        None => DVec3::Y,
-    };
-    match (&camera.fov_y, &camera.orthographic) {
-        (Some(angle), None) => {
-            let fov_y = angle.value;
-            if fov_y > 0.0 && fov_y < 180.0 {
-                return Ok(Camera::perspective(eye, look_at, up, fov_y));
-            }
-            let message = format!("fov_y = {fov_y}; it must be between 0 and 180 degrees");
-            Err(source.error(angle.at, message))
-        }
-        (None, Some(height)) => {
-            if height.value > 0.0 {
-                return Ok(Camera::orthographic(eye, look_at, up, height.value));
-            }
-            let message = format!("orthographic = {}; it must be greater than 0", height.value);
-            Err(source.error(height.at, message))
-        }
-        (fov_y, _) => {
-            let given = ["fov_y", "orthographic"].map(|kind| (kind, fov_y.is_some()));
-            Err(not_one(source, row.at, "the camera", &given))
-        }
-    }
-}
-
-fn light(source: &Source, row: &At<schema::Light>) -> Result<Light> {
-    let light = &row.value;
-    match (&light.point, &light.directional) {
-        (Some(lamp), None) => Ok(Light::Point {
-            position: DVec3::from_array(lamp.position),
-            intensity: lamp.intensity,
-            falloff: match lamp.falloff {
-                Some(schema::Falloff::InverseSquare) | None => Falloff::InverseSquare,
-                Some(schema::Falloff::None) => Falloff::None,
-            },
-        }),
-        (None, Some(sun)) => Ok(Light::Directional {
-            direction: not_zero(source, "direction", &sun.direction)?,
-            irradiance: sun.irradiance,
-        }),
-        (point, _) => {
-            let given = ["point", "directional"].map(|kind| (kind, point.is_some()));
-            Err(not_one(source, row.at, "a light", &given))
-        }
-    }
-}
-
-fn material(source: &Source, row: &schema::Material) -> Result<Material> {
-    let usual = Material::default();
-    let Model::MetallicRoughness {
-        metallic,
-        roughness,
-    } = usual.model
-    else {
-        return Ok(usual);
-    };
-    // Kept as f32, which must not make 0 of it.
-    if let Some(ior) = &row.ior {
-        let why = match ior.value as f32 {
-            0.0 if ior.value > 0.0 => Some("small; at least 1e-45"),
-            f32::INFINITY => Some("large; at most 3e38"),
-            _ => None,
-        };
-        if let Some(why) = why {
-            let message = format!("{:e} is too {why} is possible here", ior.value);
-            return Err(source.error(ior.at, message));
-        }
-    }
-    Ok(Material {
-        // No surface reflects more than it gets.
-        base_color: row
-            .base_color
-            .map_or(usual.base_color, |color| color.map(|c| c.min(1.0))),
-        emission: row.emission.unwrap_or(usual.emission),
-        transmission: row.transmission.unwrap_or(usual.transmission),
-        ior: row.ior.map_or(usual.ior, |ior| ior.value as f32),
-        model: Model::MetallicRoughness {
-            metallic: row.metallic.unwrap_or(metallic),
-            roughness: row.roughness.unwrap_or(roughness),
-        },
-    })
 }

@@ -11,6 +11,7 @@ mod expression;
 mod formula;
 mod lower;
 mod lower_csg;
+mod lower_looks;
 mod lower_polynomial;
 mod lower_shape;
 mod operations;

@@ -33,6 +33,8 @@ pub struct File {
     pub _format: u32,
     /// Radiance where a ray meets nothing; black if absent.
     pub background: Option<At<Color>>,
+    /// Radiance from all directions, by a picture.
+    pub environment: Option<At<Environment>>,
     /// Without a camera the scene gets a view that frames it.
     pub camera: Option<At<Camera>>,
     /// Without lights the scene gets a headlight.
@@ -45,6 +47,38 @@ pub struct File {
     pub node: Option<Named<Node>>,
     /// The roots: what is seen in the world.
     pub instance: Option<Vec<At<Child>>>,
+}
+
+/// The radiance from all directions, which lights the scene and shows where a ray meets nothing,
+/// in place of the background: a picture, or a clear sky; exactly one of the two.
+///
+/// The picture is longitude by latitude, its top row the zenith, +y; its middle column shows
+/// what lies towards -z, and its right half what lies towards +x.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Environment {
+    /// A picture (.exr, .hdr, .png), relative to this file. Numbers are W/(sr·m²), linear Rec. 709;
+    /// of a .png those of sRGB, from 0 to 1.
+    pub file: Option<At<String>>,
+    /// A clear sky by day (Preetham 1999), and its sun as a light.
+    pub sky: Option<Sky>,
+    /// Degrees to turn the picture about +y, counter-clockwise seen from above; 0 if absent.
+    pub rotation: Option<f64>,
+    /// A factor of the radiance, or one for each of red, green and blue, 0 or greater; 1 if
+    /// absent.
+    pub scale: Option<At<Scale>>,
+}
+
+/// A clear sky, in W/(sr·m²): some hundred times brighter than a scene of ordinary numbers.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Sky {
+    /// The direction towards the sun, of any length but 0; on the horizon at least.
+    pub sun_direction: At<Triple>,
+    /// How hazy the air is, from 2 (very clear) to 10; 3 if absent.
+    pub turbidity: Option<f64>,
+    /// The colour of the ground below the horizon; 0.3 grey if absent.
+    pub ground: Option<Color>,
 }
 
 /// Where the picture is taken from: perspective with `fov_y`, parallel with
@@ -69,6 +103,7 @@ pub struct Camera {
 #[serde(deny_unknown_fields)]
 pub struct Light {
     pub point: Option<PointLight>,
+    pub spot: Option<SpotLight>,
     pub directional: Option<DirectionalLight>,
 }
 
@@ -81,6 +116,25 @@ pub struct PointLight {
     pub intensity: Color,
     /// How it fades with distance; `inverse_square` if absent.
     pub falloff: Option<Falloff>,
+    /// Radius of a ball in place of the point, which softens shadows; 0 if absent.
+    pub radius: Option<f64>,
+}
+
+/// A light that shines from one point into a cone.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SpotLight {
+    pub position: Triple,
+    /// The way the light travels along the cone's axis, of any length but 0.
+    pub direction: At<Triple>,
+    /// Along the axis, W/sr.
+    pub intensity: Color,
+    /// Degrees from one side of the lit cone to the other, up to 180.
+    pub angle: f64,
+    /// Degrees from side to side of the cone of full light; 0 if absent.
+    pub full: Option<f64>,
+    /// Radius of a ball in place of the point, which softens shadows; 0 if absent.
+    pub radius: Option<f64>,
 }
 
 /// How a point light fades with distance.
@@ -99,6 +153,8 @@ pub struct DirectionalLight {
     pub direction: At<Triple>,
     /// On a surface that faces it, W/m².
     pub irradiance: Color,
+    /// Degrees across the light's disc in the sky, as 0.53 for the sun; 0 if absent.
+    pub angle: Option<f64>,
 }
 
 /// A metallic-roughness material; every key may be absent.
@@ -117,6 +173,48 @@ pub struct Material {
     pub transmission: Option<f32>,
     /// Index of refraction, greater than 0; 1.5 if absent.
     pub ior: Option<At<f64>>,
+    /// Share of the surface that is there, 0 (a hole) to 1; 1 if absent.
+    pub opacity: Option<f32>,
+    /// Shows the base colour whatever the light; false if absent.
+    pub unlit: Option<bool>,
+    /// Roughness of the diffuse base, 0 (Lambert) to 1; 0 if absent.
+    pub diffuse_roughness: Option<f32>,
+    /// Strength of the reflection of a dielectric, 0 to 1; 1 if absent.
+    pub specular: Option<f32>,
+    /// Tint of that reflection at normal incidence; white if absent.
+    pub specular_color: Option<Color>,
+    /// Stretch of highlights along the tangent, 0 to 1; 0 if absent.
+    pub anisotropy: Option<f32>,
+    /// Turn of the stretch from the tangent, degrees; 0 if absent.
+    pub anisotropy_rotation: Option<f32>,
+    /// Share of a clear lacquer on top, 0 to 1; 0 if absent.
+    pub clearcoat: Option<f32>,
+    /// Roughness of the lacquer, 0 to 1; 0 if absent.
+    pub clearcoat_roughness: Option<f32>,
+    /// Colour of fibres on the surface; none if absent.
+    pub sheen_color: Option<Color>,
+    /// Roughness of the fibres, 0 to 1; 0 if absent.
+    pub sheen_roughness: Option<f32>,
+    /// Share of diffuse light that leaves on the other side, 0 to 1; 0 if absent.
+    pub diffuse_transmission: Option<f32>,
+    /// Colour of that light; white if absent.
+    pub diffuse_transmission_color: Option<Color>,
+    /// Share of a thin film, 0 to 1; 0 if absent.
+    pub iridescence: Option<f32>,
+    /// Index of refraction of the film; 1.3 if absent.
+    pub iridescence_ior: Option<f32>,
+    /// Thickness of the film, nanometres; 400 if absent.
+    pub iridescence_thickness: Option<f32>,
+    /// 20 divided by the Abbe number; 0, no dispersion, if absent.
+    pub dispersion: Option<f32>,
+    /// A sheet without a volume: light passes without refraction; false if absent.
+    pub thin_walled: Option<bool>,
+    /// Colour that white light takes on over `attenuation_distance` inside; white if absent.
+    pub attenuation_color: Option<Color>,
+    /// World units; without it, media are clear.
+    pub attenuation_distance: Option<f32>,
+    /// Where solids overlap, the medium of the highest priority is there; 0 if absent.
+    pub priority: Option<i32>,
 }
 
 /// A shape; exactly one kind.

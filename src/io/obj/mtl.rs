@@ -15,7 +15,7 @@
 //! a file is opaque whose every Tr is 1 and that has no d.
 
 use super::{finite, keyword, logical_lines, syntax};
-use crate::scene::{Material, Model, Rgb};
+use crate::scene::{Layers, Material, Model, Rgb};
 use crate::shared::messages::one_line;
 use crate::shared::text::decode;
 use crate::{ImportReport, LoadError};
@@ -182,5 +182,6 @@ fn convert(m: &Statements) -> Option<Material> {
         transmission: 1.0 - there,
         ior: if is_glass || there == 1.0 { ior } else { 1.0 },
         model,
+        layers: Layers::default(),
     })
 }

@@ -51,12 +51,13 @@ fn camera(text: &mut String, camera: &Camera) {
 
 /// Writes a light. In POV-Ray a surface of pigment p reflects p·L·cos θ of a light of colour
 /// L; here it reflects p·E/π of the irradiance E. Hence the factor 1/π.
-fn light(text: &mut String, light: &Light, eye: DVec3, corners: &[DVec3]) {
-    match *light {
+fn light(text: &mut String, light_row: &Light, eye: DVec3, corners: &[DVec3]) {
+    match *light_row {
         Light::Point {
             position,
             intensity,
             falloff: Falloff::None,
+            ..
         } => {
             let light = scaled(intensity, 1.0 / PI);
             let _ = writeln!(text, "light_source {{ {} rgb {light} }}", vector(position));
@@ -65,20 +66,28 @@ fn light(text: &mut String, light: &Light, eye: DVec3, corners: &[DVec3]) {
             position,
             intensity,
             falloff: Falloff::InverseSquare,
+            ..
+        }
+        | Light::Spot {
+            position,
+            intensity,
+            ..
         } => {
             let away = (position - eye).length();
             let fade = if away > 0.0 { away * 1e-4 } else { 1e-4 };
             let light = scaled(intensity, 1.0 / (2.0 * PI * fade * fade));
             let _ = writeln!(
                 text,
-                "light_source {{ {} rgb {light} fade_distance {} fade_power 2 }}",
+                "light_source {{ {} rgb {light} fade_distance {} fade_power 2{} }}",
                 vector(position),
-                number(fade)
+                number(fade),
+                cone(light_row)
             );
         }
         Light::Directional {
             direction,
             irradiance,
+            ..
         } => {
             // The light is placed far outside the bounds of the scene.
             let toward = direction / direction.abs().max_element();
@@ -94,6 +103,26 @@ fn light(text: &mut String, light: &Light, eye: DVec3, corners: &[DVec3]) {
             );
         }
     }
+}
+
+/// Returns the cone of a spot light, whose edges fade in POV-Ray by a formula of its own.
+fn cone(light: &Light) -> String {
+    let Light::Spot {
+        position,
+        direction,
+        inner,
+        outer,
+        ..
+    } = *light
+    else {
+        return String::new();
+    };
+    format!(
+        " spotlight radius {} falloff {} tightness 0 point_at {}",
+        number(inner.to_degrees()),
+        number(outer.to_degrees()),
+        vector(position + direction.normalize())
+    )
 }
 
 /// Lower limit on the pigment, because POV-Ray multiplies the emission by it.

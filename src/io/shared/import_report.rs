@@ -15,7 +15,7 @@ pub struct ImportReport {
 
 impl ImportReport {
     /// Counts one more thing of the kind `what` that is not imported. The kind is a singular
-    /// noun for people: `texture`, `spot light cone`.
+    /// noun for people: `texture`, `alpha mode`.
     pub fn add(&mut self, what: &str) {
         self.add_many(what, 1);
     }

@@ -18,3 +18,4 @@ pub mod rational;
 pub mod srgb;
 pub mod text;
 pub mod triangulate;
+pub mod view_transform;

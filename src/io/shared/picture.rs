@@ -1,13 +1,12 @@
 //! Rendered pictures: one column per channel, row-major, top row first; and the files that
 //! they are written to.
 //!
-//! `x.png` is 8-bit sRGB; `x.exr` is linear and also holds the AOVs. The AOVs of `x.png` go
-//! to `x.aov.exr` beside it. `openexr.rs` names the channels; `outputs.rs` makes files
-//! appear complete or not at all.
+//! `x.png` is sRGB, developed by a view transform; `x.exr` is linear and also holds the AOVs.
+//! The AOVs of `x.png` go to `x.aov.exr` beside it. `openexr.rs` names the channels;
+//! `outputs.rs` makes files appear complete or not at all.
 
-use crate::Outputs;
 use crate::openexr::{self, Content};
-use crate::{SaveError, png};
+use crate::{Development, Outputs, SaveError, png};
 use std::path::{Path, PathBuf};
 
 /// A set of arbitrary output variables (AOVs) to keep beside the colour.
@@ -58,8 +57,12 @@ impl AovSet {
 pub struct Picture {
     pub width: u32,
     pub height: u32,
-    /// Radiance, linear, Rec. 709 primaries.
+    /// Radiance, linear, Rec. 709 primaries; premultiplied where there is alpha.
     pub color: Vec<[f32; 3]>,
+    /// The fraction of the pixel that the scene covers, from 0 to 1; `None` for pictures whose
+    /// background is a part of them. OpenEXR files get it as it is beside the premultiplied
+    /// colour, PNG files beside the colour divided by it.
+    pub alpha: Option<Vec<f32>>,
     /// Distance along the camera's view axis in world units; infinity where nothing was hit.
     pub depth: Option<Vec<f32>>,
     /// The hit point in world space; (0, 0, 0), not NaN, where nothing was hit.
@@ -91,15 +94,20 @@ impl Picture {
     }
 
     /// Encodes the picture into the files of [`picture_files`] and adds them to `outputs`,
-    /// which the caller commits.
+    /// which the caller commits. A PNG file is developed first.
     ///
     /// Fails for unknown extensions, columns of wrong length, and errors of encoding or
     /// writing.
-    pub fn save_into(&self, path: &Path, outputs: &mut Outputs) -> Result<(), SaveError> {
+    pub fn save_into(
+        &self,
+        path: &Path,
+        development: &Development,
+        outputs: &mut Outputs,
+    ) -> Result<(), SaveError> {
         self.check_columns(path)?;
         for (path, what) in picture_files(path, self.aovs())? {
             let bytes = match what {
-                PictureFile::Png => png::encode(self, &path)?,
+                PictureFile::Png => png::encode(self, development, &path)?,
                 PictureFile::Exr => openexr::encode(self, Content::ColorAndAovs, &path)?,
                 PictureFile::AovExr => openexr::encode(self, Content::Aovs, &path)?,
             };
@@ -108,11 +116,11 @@ impl Picture {
         Ok(())
     }
 
-    /// Writes the picture to the files of [`picture_files`]; fails as
-    /// [`Picture::save_into`] does.
+    /// Writes the picture to the files of [`picture_files`], PNG by the default development;
+    /// fails as [`Picture::save_into`] does.
     pub fn save(&self, path: &Path) -> Result<(), SaveError> {
         let mut outputs = Outputs::default();
-        self.save_into(path, &mut outputs)?;
+        self.save_into(path, &Development::default(), &mut outputs)?;
         outputs.commit()
     }
 
@@ -125,6 +133,7 @@ impl Picture {
         let pixels = self.width as usize * self.height as usize;
         let columns = [
             ("color", Some(self.color.len())),
+            ("alpha", len(&self.alpha)),
             ("depth", len(&self.depth)),
             ("position", len(&self.position)),
             ("normal", len(&self.normal)),
@@ -152,9 +161,9 @@ impl Picture {
 /// The content of one file of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PictureFile {
-    /// Colour, 8-bit sRGB.
+    /// Colour, sRGB, and alpha.
     Png,
-    /// Colour, linear, and AOVs.
+    /// Colour, linear, alpha and AOVs.
     Exr,
     /// AOVs alone.
     AovExr,

@@ -224,11 +224,16 @@ fn cameras_and_lights_are_posed_by_their_nodes() {
     let Light::Directional {
         direction,
         irradiance,
+        ..
     } = scene.lights[1]
     else {
         panic!()
     };
     assert!((direction.z - 1.0).abs() < 1e-15);
     assert_eq!(irradiance, [2.0; 3]);
-    assert!(warning.unwrap().contains("1 × spot light cone"));
+    let Light::Spot { inner, outer, .. } = scene.lights[2] else {
+        panic!()
+    };
+    assert_eq!((inner, outer as f32), (0.0, std::f32::consts::FRAC_PI_4));
+    assert_eq!(warning.unwrap(), "not imported: 1 × incomplete triangle");
 }

@@ -19,6 +19,7 @@ fn picture(width: u32, height: u32) -> Picture {
         color: (0..n)
             .map(|i| [i as f32 / n as f32, 1e6, 0.1 + i as f32])
             .collect(),
+        alpha: None,
         depth: Some(
             (0..n)
                 .map(|i| if i % 3 == 0 { f32::INFINITY } else { i as f32 })
@@ -185,4 +186,72 @@ fn failures_leave_nothing() {
     fails(&short, "x.png", "column normal has 15 rows for 16 pixels");
     fails(&Picture::default(), "x.exr", "no pixels");
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 0);
+}
+
+#[test]
+fn alpha_is_premultiplied_in_exr_and_straight_in_png() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = Picture {
+        width: 3,
+        height: 1,
+        color: vec![[0.25, 0.125, 0.0], [0.5, 0.5, 0.5], [3.0, 0.0, 0.0]],
+        alpha: Some(vec![0.5, 1.0, 0.0]),
+        ..Picture::default()
+    };
+    let exr = folder.path().join("x.exr");
+    picture.save(&exr).unwrap();
+    let (_, _, channels) = exr_channels(&exr);
+    assert_triple(&channels, ["R", "G", "B"], &picture.color);
+    assert_eq!(
+        floats(&channels["A"]),
+        [0.5_f32, 1.0, 0.0].map(f32::to_bits)
+    );
+    let png = folder.path().join("x.png");
+    picture.save(&png).unwrap();
+    let read = image::open(&png).unwrap();
+    assert_eq!(read.color(), image::ColorType::Rgba8);
+    let pixels = [[188, 137, 0, 128], [188, 188, 188, 255], [0, 0, 0, 0]];
+    assert_eq!(read.into_rgba8().into_raw(), pixels.concat());
+    let mut short = picture;
+    short.alpha = Some(vec![]);
+    let said = short.save(&png).unwrap_err().to_string();
+    assert!(
+        said.contains("column alpha has 0 rows for 3 pixels"),
+        "{said}"
+    );
+}
+
+#[test]
+fn png_of_sixteen_bits_is_developed() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = Picture {
+        width: 2,
+        height: 1,
+        color: vec![[0.25, f32::NAN, 9.0], [0.18; 3]],
+        ..Picture::default()
+    };
+    let save = |development: Development| {
+        let path = folder.path().join("x.png");
+        let mut outputs = Outputs::default();
+        picture
+            .save_into(&path, &development, &mut outputs)
+            .unwrap();
+        outputs.commit().unwrap();
+        image::open(&path).unwrap()
+    };
+    let fine = save(Development {
+        bits: crate::Bits::Sixteen,
+        exposure: 1.0,
+        ..Development::default()
+    });
+    assert_eq!(fine.color(), image::ColorType::Rgb16);
+    let half = (65535.0 * (1.055 * 0.5_f64.powf(1.0 / 2.4) - 0.055)).round() as u16;
+    let pixels = fine.into_rgb16().into_raw();
+    assert_eq!(pixels[..3], [half, 0, 65535]);
+    let toned = save(Development {
+        tone: crate::Tone::Agx,
+        ..Development::default()
+    });
+    // Middle grey is half of the signal of a display of gamma 2.2, in sRGB 128.49.
+    assert_eq!(toned.into_rgb8().into_raw()[3..], [128; 3]);
 }

@@ -1,0 +1,248 @@
+//! From the typed file to what is seen by: environment, camera, lights, materials.
+
+use super::lower::{Result, not_one, not_zero};
+use super::schema;
+use super::source_spans::At;
+use super::tree::{Source, quoted};
+use crate::environment_map::{MAP_FORMATS, names_map, read_map};
+use crate::scene::{Camera, Environment, Falloff, Layers, Light, Material, Model, SceneBuilder};
+use crate::{Folder, ImportReport, LoadError, LoadOptions};
+use glam::DVec3;
+use lanecast_light::sky::sky as clear_sky;
+
+/// Adds the environment, and the sun of a sky.
+pub(super) fn environment(
+    source: &Source,
+    row: &At<schema::Environment>,
+    (options, report): (&LoadOptions, &mut ImportReport),
+    scene: &mut SceneBuilder,
+) -> Result<()> {
+    let at = row.at;
+    let row = &row.value;
+    let scale = match &row.scale {
+        Some(scale) if scale.value.0.iter().any(|factor| *factor < 0.0) => {
+            return Err(source.error(scale.at, "scale must be 0 or greater"));
+        }
+        Some(scale) => scale.value.0.map(|factor| factor as f32),
+        None => [1.0; 3],
+    };
+    if scale.iter().any(|factor| factor.is_infinite()) {
+        let at = row.scale.as_ref().map_or(at, |scale| scale.at);
+        return Err(source.error(at, "scale is too large; at most 3e38 is possible here"));
+    }
+    let rotation = row.rotation.unwrap_or(0.0).to_radians();
+    match (&row.file, &row.sky) {
+        (Some(file), None) => {
+            let map = picture_of_sky(source, file, (options, report))?;
+            scene.environment(Environment {
+                width: map.width,
+                height: map.height,
+                pixels: map.pixels.into(),
+                rotation,
+                scale,
+            });
+            Ok(())
+        }
+        (None, Some(sky)) => {
+            let towards = not_zero(source, "sun_direction", &sky.sun_direction)?;
+            let ground = sky.ground.unwrap_or([0.3; 3]);
+            let turbidity = sky.turbidity.unwrap_or(3.0);
+            let (map, sun) = clear_sky(towards.to_array(), turbidity, ground);
+            scene.environment(Environment { scale, ..map });
+            if let Light::Directional {
+                direction,
+                irradiance,
+                angle,
+            } = sun
+            {
+                scene.light(Light::Directional {
+                    direction,
+                    irradiance: std::array::from_fn(|k| irradiance[k] * scale[k]),
+                    angle,
+                });
+            }
+            Ok(())
+        }
+        (file, sky) => {
+            let given = [("file", file.is_some()), ("sky", sky.is_some())];
+            Err(not_one(source, at, "the environment", &given))
+        }
+    }
+}
+
+fn picture_of_sky(
+    source: &Source,
+    file: &At<String>,
+    (options, report): (&LoadOptions, &mut ImportReport),
+) -> Result<crate::environment_map::Map> {
+    let refuse = |why: String| {
+        let message = format!("the environment map {} {why}", quoted(&file.value));
+        source.error(file.at, message)
+    };
+    let found = Folder::new(source.path, options).resolve(&file.value);
+    let path = found.map_err(|e| match e {
+        LoadError::Read { source: why, .. } => refuse(format!("cannot be read: {why}")),
+        other => other,
+    })?;
+    if !names_map(&path) {
+        return Err(refuse(format!(
+            "is of no known format; known are {MAP_FORMATS}"
+        )));
+    }
+    read_map(&path, report)
+}
+
+pub(super) fn camera(source: &Source, row: &At<schema::Camera>) -> Result<Camera> {
+    let camera = &row.value;
+    let eye = DVec3::from_array(camera.eye.value);
+    let look_at = DVec3::from_array(camera.look_at);
+    if eye == look_at {
+        let message = "eye and look_at are the same point; the camera looks nowhere";
+        return Err(source.error(camera.eye.at, message));
+    }
+    if !(look_at - eye).is_finite() {
+        let message = "eye and look_at are farther apart than f64 can tell, 1.8e308; bring \
+                       them nearer";
+        return Err(source.error(camera.eye.at, message));
+    }
+    let up = match &camera.up {
+        Some(up) => not_zero(source, "up", up)?,
+        None => DVec3::Y,
+    };
+    match (&camera.fov_y, &camera.orthographic) {
+        (Some(angle), None) => {
+            let fov_y = angle.value;
+            if fov_y > 0.0 && fov_y < 180.0 {
+                return Ok(Camera::perspective(eye, look_at, up, fov_y));
+            }
+            let message = format!("fov_y = {fov_y}; it must be between 0 and 180 degrees");
+            Err(source.error(angle.at, message))
+        }
+        (None, Some(height)) => {
+            if height.value > 0.0 {
+                return Ok(Camera::orthographic(eye, look_at, up, height.value));
+            }
+            let message = format!("orthographic = {}; it must be greater than 0", height.value);
+            Err(source.error(height.at, message))
+        }
+        (fov_y, _) => {
+            let given = ["fov_y", "orthographic"].map(|kind| (kind, fov_y.is_some()));
+            Err(not_one(source, row.at, "the camera", &given))
+        }
+    }
+}
+
+pub(super) fn light(source: &Source, row: &At<schema::Light>) -> Result<Light> {
+    let light = &row.value;
+    match (&light.point, &light.spot, &light.directional) {
+        (Some(lamp), None, None) => Ok(Light::Point {
+            position: DVec3::from_array(lamp.position),
+            intensity: lamp.intensity,
+            falloff: match lamp.falloff {
+                Some(schema::Falloff::InverseSquare) | None => Falloff::InverseSquare,
+                Some(schema::Falloff::None) => Falloff::None,
+            },
+            radius: lamp.radius.unwrap_or(0.0),
+        }),
+        (None, Some(lamp), None) => Ok(Light::Spot {
+            position: DVec3::from_array(lamp.position),
+            direction: not_zero(source, "direction", &lamp.direction)?,
+            intensity: lamp.intensity,
+            inner: half_angle(lamp.full.unwrap_or(0.0)),
+            outer: half_angle(lamp.angle),
+            radius: lamp.radius.unwrap_or(0.0),
+        }),
+        (None, None, Some(sun)) => Ok(Light::Directional {
+            direction: not_zero(source, "direction", &sun.direction)?,
+            irradiance: sun.irradiance,
+            angle: half_angle(sun.angle.unwrap_or(0.0)),
+        }),
+        (point, spot, directional) => {
+            let given = [
+                ("point", point.is_some()),
+                ("spot", spot.is_some()),
+                ("directional", directional.is_some()),
+            ];
+            Err(not_one(source, row.at, "a light", &given))
+        }
+    }
+}
+
+/// Returns half of an angle in degrees, in radians.
+fn half_angle(degrees: f64) -> f64 {
+    degrees.to_radians() * 0.5
+}
+
+pub(super) fn material(source: &Source, row: &schema::Material) -> Result<Material> {
+    let usual = Material::default();
+    let Model::MetallicRoughness {
+        metallic,
+        roughness,
+    } = usual.model
+    else {
+        return Ok(usual);
+    };
+    // Kept as f32, which must not make 0 of it.
+    if let Some(ior) = &row.ior {
+        let why = match ior.value as f32 {
+            0.0 if ior.value > 0.0 => Some("small; at least 1e-45"),
+            f32::INFINITY => Some("large; at most 3e38"),
+            _ => None,
+        };
+        if let Some(why) = why {
+            let message = format!("{:e} is too {why} is possible here", ior.value);
+            return Err(source.error(ior.at, message));
+        }
+    }
+    Ok(Material {
+        // No surface reflects more than it gets.
+        base_color: row
+            .base_color
+            .map_or(usual.base_color, |color| color.map(|c| c.min(1.0))),
+        emission: row.emission.unwrap_or(usual.emission),
+        transmission: row.transmission.unwrap_or(usual.transmission),
+        ior: row.ior.map_or(usual.ior, |ior| ior.value as f32),
+        model: Model::MetallicRoughness {
+            metallic: row.metallic.unwrap_or(metallic),
+            roughness: row.roughness.unwrap_or(roughness),
+        },
+        layers: layers(row),
+    })
+}
+
+fn layers(row: &schema::Material) -> Layers {
+    let none = Layers::default();
+    Layers {
+        opacity: row.opacity.unwrap_or(none.opacity),
+        unlit: row.unlit.unwrap_or(none.unlit),
+        diffuse_roughness: row.diffuse_roughness.unwrap_or(none.diffuse_roughness),
+        specular: row.specular.unwrap_or(none.specular),
+        specular_color: row.specular_color.unwrap_or(none.specular_color),
+        anisotropy: row.anisotropy.unwrap_or(none.anisotropy),
+        anisotropy_rotation: row
+            .anisotropy_rotation
+            .map_or(none.anisotropy_rotation, f32::to_radians),
+        clearcoat: row.clearcoat.unwrap_or(none.clearcoat),
+        clearcoat_roughness: row.clearcoat_roughness.unwrap_or(none.clearcoat_roughness),
+        sheen_color: row.sheen_color.unwrap_or(none.sheen_color),
+        sheen_roughness: row.sheen_roughness.unwrap_or(none.sheen_roughness),
+        diffuse_transmission: row
+            .diffuse_transmission
+            .unwrap_or(none.diffuse_transmission),
+        diffuse_transmission_color: row
+            .diffuse_transmission_color
+            .unwrap_or(none.diffuse_transmission_color),
+        iridescence: row.iridescence.unwrap_or(none.iridescence),
+        iridescence_ior: row.iridescence_ior.unwrap_or(none.iridescence_ior),
+        iridescence_thickness: row
+            .iridescence_thickness
+            .unwrap_or(none.iridescence_thickness),
+        dispersion: row.dispersion.unwrap_or(none.dispersion),
+        thin_walled: row.thin_walled.unwrap_or(none.thin_walled),
+        attenuation_color: row.attenuation_color.unwrap_or(none.attenuation_color),
+        attenuation_distance: row
+            .attenuation_distance
+            .unwrap_or(none.attenuation_distance),
+        priority: row.priority.unwrap_or(none.priority),
+    }
+}

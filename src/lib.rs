@@ -45,8 +45,8 @@ pub use lanecast_engine::trace::{End, Span, Spans};
 pub use lanecast_model::plan::{Choices, Precision};
 pub use tracer::{Error, Hit, Hits, RayBatch, Solids, Tracer, TracerOptions};
 // Pictures.
-pub use lanecast_io::{AovSet, Picture};
-pub use render::{FinishedTile, Progress, RenderConfig};
+pub use lanecast_io::{AovSet, Bits, Development, Picture, Tone};
+pub use render::{Backdrop, FinishedTile, Progress, RenderConfig};
 // Vectors.
 pub use glam::DVec3;
 
@@ -65,6 +65,7 @@ pub mod internals {
     pub use crate::{cli, measure, render, shade};
     pub use lanecast_engine::{accel, trace};
     pub use lanecast_io as io;
+    pub use lanecast_light as light;
     pub use lanecast_model::{csg, geom, plan, scene};
     pub use lanecast_numerics::{math, roots};
     pub use lanecast_reference as reference;
@@ -72,6 +73,7 @@ pub mod internals {
 
 use lanecast_engine::{accel, trace};
 use lanecast_io as io;
+use lanecast_light as light;
 use lanecast_model::{geom, plan, scene};
 use lanecast_numerics::{math, roots};
 use lanecast_reference as reference;

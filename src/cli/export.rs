@@ -2,23 +2,49 @@
 
 use super::args::{ExportArgs, RENDER_SIZE};
 use super::error::CliError;
-use super::interrupt;
-use super::output::{Results, Sink, check_destinations, print, printable_line};
-use super::scene;
-use crate::io::{LoadError, pov_text};
-use crate::scene::Instances;
+use super::output::{Results, Sink, check_destinations, complain, print, printable_line};
+use super::{interrupt, scene};
+use crate::io::{LoadError, MitsubaPicture, mitsuba_scene, pov_text};
+use crate::scene::{Camera, Instances, Lighting, Scene};
+use std::path::{Path, PathBuf};
 
 pub fn run(args: &ExportArgs) -> Result<(), CliError> {
     interrupt::end_at_signal();
-    let outputs = check_destinations(&[&args.scene], &[], [&args.pov].into_iter())?;
+    let files: Vec<PathBuf> = args.mitsuba.iter().cloned().collect();
+    let outputs = check_destinations(&[&args.scene], &files, args.pov.iter())?;
     let scene = scene::load(&args.scene, &args.load_options(outputs))?;
     let row = scene::pick_camera(&scene.cameras, args.camera.as_deref())?;
     let of_scene = |source| LoadError::of_scene(&args.scene, source);
     let instances = Instances::of(&scene).map_err(of_scene)?;
-    let aspect = f64::from(RENDER_SIZE.width) / f64::from(RENDER_SIZE.height);
-    let (scene, camera) = scene.completed(row, &instances, aspect);
-    let text = pov_text(&scene, &camera).map_err(|e| CliError::Usage(e.to_string()))?;
-    let Sink::File(path) = &args.pov else {
+    let size = args.size.unwrap_or(RENDER_SIZE);
+    let aspect = f64::from(size.width) / f64::from(size.height);
+    let lighting = match args.mitsuba {
+        Some(_) => Lighting::Studio,
+        None => Lighting::Headlight,
+    };
+    let (scene, camera) = scene.completed_in(lighting, row, &instances, aspect);
+    match &args.mitsuba {
+        Some(path) => {
+            let picture = MitsubaPicture {
+                width: size.width,
+                height: size.height,
+                max_depth: args.max_depth.unwrap_or(16),
+                stem: path
+                    .file_stem()
+                    .unwrap_or_default()
+                    .to_string_lossy()
+                    .into_owned(),
+            };
+            let scene = scene.in_studio(&camera);
+            mitsuba(args, path, &scene, &instances, &camera, &picture)
+        }
+        None => pov(args, &scene, &camera),
+    }
+}
+
+fn pov(args: &ExportArgs, scene: &Scene, camera: &Camera) -> Result<(), CliError> {
+    let text = pov_text(scene, camera).map_err(|e| CliError::Usage(e.to_string()))?;
+    let Some(Sink::File(path)) = &args.pov else {
         return print(&text);
     };
     let bytes = text.len();
@@ -26,4 +52,32 @@ pub fn run(args: &ExportArgs) -> Result<(), CliError> {
     results.outputs.add(path, text.into_bytes())?;
     let name = printable_line(&path.display().to_string());
     results.commit(&format!("{name}: {bytes} bytes\n"))
+}
+
+fn mitsuba(
+    args: &ExportArgs,
+    path: &Path,
+    scene: &Scene,
+    instances: &Instances,
+    camera: &Camera,
+    picture: &MitsubaPicture,
+) -> Result<(), CliError> {
+    let made = mitsuba_scene(scene, instances, camera, picture)
+        .map_err(|e| CliError::Usage(e.to_string()))?;
+    let mut files = vec![(path.to_path_buf(), made.xml.into_bytes())];
+    let beside = made.files.into_iter();
+    files.extend(beside.map(|(name, bytes)| (path.with_file_name(name), bytes)));
+    let names: Vec<PathBuf> = files.iter().map(|(path, _)| path.clone()).collect();
+    check_destinations(&[&args.scene], &names, [].into_iter())?;
+    let bytes: usize = files.iter().map(|(_, bytes)| bytes.len()).sum();
+    let count = files.len();
+    let mut results = Results::default();
+    for (path, bytes) in files {
+        results.outputs.add(&path, bytes)?;
+    }
+    if let Some(warning) = made.warning {
+        complain(&format!("warning: {}: {warning}", args.scene.display()));
+    }
+    let name = printable_line(&path.display().to_string());
+    results.commit(&format!("{name}: {count} files, {bytes} bytes\n"))
 }

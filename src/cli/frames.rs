@@ -9,13 +9,13 @@ use super::args::RenderArgs;
 use super::error::CliError;
 use super::interrupt;
 use super::output::{Results, check_destinations, printable_line};
-use super::pipeline::{Prepared, prepare, structure};
+use super::pipeline::{Prepared, complete, load, named, structure};
 use super::progress::{Drawing, rate};
 use crate::accel::{KeptTrees, RefitOutcome, WORST_REFIT, World};
-use crate::io::{AovSet, LoadError, picture_files};
+use crate::io::{AovSet, Development, LoadError, picture_files};
 use crate::measure::{FrameStats, Stats, Watch};
 use crate::plan::places_meshes;
-use crate::render::{FrameMemory, RenderConfig, View, render_after};
+use crate::render::{FrameMemory, Integrator, RenderConfig, View, render_after};
 use crate::scene::Instances;
 use crate::trace::Reuse;
 use std::path::{Path, PathBuf};
@@ -24,6 +24,7 @@ pub fn run(
     args: &RenderArgs,
     config: &RenderConfig,
     output: &Path,
+    development: &Development,
     frames: u32,
     mut stats: Stats,
 ) -> Result<(), CliError> {
@@ -38,7 +39,14 @@ pub fn run(
     let mut watch = Watch::start();
     let options = args.common.load_options(outputs);
     let scene = args.scene.as_deref();
-    let prepared = prepare(scene, &options, config, &mut watch, &mut stats)?;
+    let loaded = load(scene, &options, &mut watch, &mut stats)?;
+    let config = &args.light.complete(config.clone(), &loaded);
+    stats.picture.spp = config.spp;
+    let development = &match config.integrator {
+        Integrator::Path => args.development.of_paths(*development),
+        _ => *development,
+    };
+    let prepared = complete(loaded, named(scene), config, &mut watch, &mut stats)?;
     interrupt::check(&progress)?;
     let structure = structure(&prepared.plan, &prepared.kd);
     let pays = places_meshes(&prepared.scene, &prepared.instances);
@@ -88,7 +96,9 @@ pub fn run(
         let rendered = rendered?;
         stats.rays.add(&rendered.counts);
         stats.stages.push(watch.stage("render"));
-        rendered.picture.save_into(path, &mut results.outputs)?;
+        rendered
+            .picture
+            .save_into(path, development, &mut results.outputs)?;
         stats.stages.push(watch.stage("write"));
         stats.frames.push(FrameStats {
             frame: number as u32,

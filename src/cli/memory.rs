@@ -1,20 +1,20 @@
 //! The memory that a picture takes, compared with what is free before any work.
 
 use super::error::CliError;
-use crate::io::AovSet;
-use crate::render::{RenderConfig, picture_bytes};
+use crate::io::{AovSet, Bits};
+use crate::render::{Backdrop, RenderConfig, picture_bytes};
 use std::path::Path;
 
 /// Refuses a picture that needs more memory than the system has free, where it tells.
-pub fn check(config: &RenderConfig, path: &Path) -> Result<(), CliError> {
+pub fn check(config: &RenderConfig, bits: Bits, path: &Path) -> Result<(), CliError> {
     match free() {
-        Some(free) => compare(config, path, free),
+        Some(free) => compare(config, bits, path, free),
         None => Ok(()),
     }
 }
 
-fn compare(config: &RenderConfig, path: &Path, free: u64) -> Result<(), CliError> {
-    let needed = needed(config, path);
+fn compare(config: &RenderConfig, bits: Bits, path: &Path, free: u64) -> Result<(), CliError> {
+    let needed = needed(config, bits, path);
     if needed <= free {
         return Ok(());
     }
@@ -34,16 +34,25 @@ fn compare(config: &RenderConfig, path: &Path, free: u64) -> Result<(), CliError
 }
 
 /// Returns the bytes of a picture, and of its largest file while it is written: OpenEXR
-/// takes a copy of its channels and the encoded file, PNG three bytes a pixel twice.
-fn needed(config: &RenderConfig, path: &Path) -> u64 {
+/// takes a copy of its channels and the encoded file, PNG the samples of a pixel twice.
+fn needed(config: &RenderConfig, bits: Bits, path: &Path) -> u64 {
     let columns = |aovs| picture_bytes(config.width, config.height, aovs);
-    let (all, color) = (columns(config.aovs), columns(AovSet::default()));
+    let (mut all, mut color) = (columns(config.aovs), columns(AovSet::default()));
+    if config.backdrop == Backdrop::Transparent {
+        // A column of alpha, beside three of colour.
+        all += color / 3;
+        color += color / 3;
+    }
+    let samples = match bits {
+        Bits::Eight => color / 4,
+        Bits::Sixteen => color / 2,
+    };
     let is_exr = path
         .extension()
         .is_some_and(|e| e.eq_ignore_ascii_case("exr"));
     let file = match is_exr {
         true => 2 * all,
-        false => (2 * (all - color)).max(color / 2),
+        false => (2 * (all - color)).max(2 * samples),
     };
     all + file
 }
@@ -74,14 +83,18 @@ mod tests {
         };
         let pixels = 1_u64 << 28;
         let png = Path::new("x.png");
-        assert_eq!(needed(&config, png), 18 * pixels);
-        assert_eq!(needed(&config, Path::new("x.EXR")), 36 * pixels);
+        assert_eq!(needed(&config, Bits::Eight, png), 18 * pixels);
+        assert_eq!(
+            needed(&config, Bits::Eight, Path::new("x.EXR")),
+            36 * pixels
+        );
+        assert_eq!(needed(&config, Bits::Sixteen, png), 24 * pixels);
         for name in AovSet::NAMES {
             assert!(config.aovs.add(name));
         }
-        assert_eq!(needed(&config, png), (64 + 2 * 52) * pixels);
-        assert!(compare(&config, png, 1 << 46).is_ok());
-        let error = compare(&config, png, 24_000_000_000).unwrap_err();
+        assert_eq!(needed(&config, Bits::Eight, png), (64 + 2 * 52) * pixels);
+        assert!(compare(&config, Bits::Eight, png, 1 << 46).is_ok());
+        let error = compare(&config, Bits::Eight, png, 24_000_000_000).unwrap_err();
         assert_eq!(error.exit_code(), 3);
         let said = error.to_string();
         for part in ["16384x16384", "45098 MB", "24000 MB", "--aov", "--size"] {

@@ -7,8 +7,8 @@ use crate::accel::{BuildQuality, KdQuality, World};
 use crate::io::{LoadError, LoadOptions};
 use crate::measure::{InstanceNames, PlanSummary, SceneCounts, Stats, Watch};
 use crate::plan::{Plan, PlanError, plan};
-use crate::render::RenderConfig;
-use crate::scene::{Camera, Instances, Scene, builtin};
+use crate::render::{Integrator, RenderConfig};
+use crate::scene::{Camera, Instances, Lighting, Scene, builtin};
 pub(crate) use crate::tracer::structure;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::path::Path;
@@ -31,13 +31,28 @@ pub fn prepare(
     watch: &mut Watch,
     stats: &mut Stats,
 ) -> Result<Prepared, CliError> {
+    let scene = load(path, options, watch, stats)?;
+    complete(scene, named(path), config, watch, stats)
+}
+
+/// Loads a scene, or makes the built-in one.
+pub fn load(
+    path: Option<&Path>,
+    options: &LoadOptions,
+    watch: &mut Watch,
+    stats: &mut Stats,
+) -> Result<Scene, CliError> {
     let scene = match path {
         Some(path) => scene::load(path, options)?,
         None => builtin().map_err(|e| CliError::Usage(e.to_string()))?,
     };
     stats.stages.push(watch.stage("load"));
-    let path = path.unwrap_or(Path::new("the built-in scene"));
-    complete(scene, path, config, watch, stats)
+    Ok(scene)
+}
+
+/// Returns what messages call a scene.
+pub fn named(path: Option<&Path>) -> &Path {
+    path.unwrap_or(Path::new("the built-in scene"))
 }
 
 /// Creates a command's thread pool; by default with all hardware threads.
@@ -64,7 +79,11 @@ pub fn complete(
         None => scene,
     };
     let instances = Instances::of(&scene).map_err(of_scene)?;
-    let (scene, camera) = scene.completed(row, &instances, config.aspect());
+    let lighting = match config.integrator {
+        Integrator::Direct => Lighting::Headlight,
+        _ => Lighting::Studio,
+    };
+    let (scene, camera) = scene.completed_in(lighting, row, &instances, config.aspect());
     let plan = plan(&scene, &instances, &config.choices)
         .map_err(|e: PlanError| CliError::Usage(e.to_string()))?;
     stats.stages.push(watch.stage("plan"));

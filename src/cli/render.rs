@@ -3,18 +3,19 @@
 use super::args::RenderArgs;
 use super::error::CliError;
 use super::output::{Results, check_destinations, printable_line};
-use super::pipeline::prepare;
+use super::pipeline::{complete, load, named};
 use super::progress::{Drawing, rate};
 use super::{frames, interrupt, memory};
 use crate::io::picture_files;
 use crate::measure::{PictureSize, Stats, Watch};
-use crate::render::{Rendered, View};
+use crate::render::{Integrator, RenderConfig, Rendered, View};
 use std::path::{Path, PathBuf};
 
 pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     let config = args.config()?;
     let picture_path = output_path(args);
-    memory::check(&config, &picture_path)?;
+    let development = args.development.checked(&picture_path)?;
+    memory::check(&config, development.bits, &picture_path)?;
     let stats = Stats {
         picture: PictureSize {
             width: config.width,
@@ -24,7 +25,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
         ..Stats::default()
     };
     if let Some(frames) = args.frames {
-        return frames::run(args, &config, &picture_path, frames, stats);
+        return frames::run(args, &config, &picture_path, &development, frames, stats);
     }
     let files: Vec<PathBuf> = picture_files(&picture_path, config.aovs)
         .map_err(|e| CliError::Usage(e.to_string()))?
@@ -37,13 +38,16 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     let progress = interrupt::watch();
     let mut watch = Watch::start();
     let mut stats = stats;
-    let prepared = prepare(
-        args.scene.as_deref(),
-        &args.common.load_options(outputs),
-        &config,
-        &mut watch,
-        &mut stats,
-    )?;
+    let path = args.scene.as_deref();
+    let options = args.common.load_options(outputs);
+    let scene = load(path, &options, &mut watch, &mut stats)?;
+    let config = args.light.complete(config, &scene);
+    stats.picture.spp = config.spp;
+    let development = match config.integrator {
+        Integrator::Path => args.development.of_paths(development),
+        _ => development,
+    };
+    let prepared = complete(scene, named(path), &config, &mut watch, &mut stats)?;
     interrupt::check(&progress)?;
     let world = prepared.world(&mut watch, &mut stats);
     interrupt::check(&progress)?;
@@ -59,20 +63,23 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
         .install(|| crate::render::render(&view, &config, false, &progress));
     drop(drawing);
     let Rendered {
-        picture, counts, ..
+        picture,
+        counts,
+        mean_samples,
+        ..
     } = rendered?;
     stats.rays = counts;
     stats.stages.push(watch.stage("render"));
 
     let mut results = Results::default();
-    picture.save_into(&picture_path, &mut results.outputs)?;
+    picture.save_into(&picture_path, &development, &mut results.outputs)?;
     stats.stages.push(watch.stage("write"));
     stats.finish();
     results.add(&args.common.stats, &stats)?;
     results.add(&args.common.json, &stats)?;
     interrupt::check(&progress)?;
     results.commit(&format!(
-        "{}: {}x{}, {} rays in {:.3} s, {}\n",
+        "{}: {}x{}{}, {} rays in {:.3} s, {}\n",
         files
             .iter()
             .map(|f| printable_line(&f.display().to_string()))
@@ -80,10 +87,24 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
             .join(", "),
         config.width,
         config.height,
+        light_of(&config, mean_samples),
         stats.rays.total(),
         stats.seconds("render"),
         rate(stats.rays_per_second)
     ))
+}
+
+/// Names the integrator that was chosen, unless it is the plain one.
+fn light_of(config: &RenderConfig, mean_samples: Option<f64>) -> String {
+    let name = match config.integrator {
+        Integrator::Direct => return String::new(),
+        Integrator::Path => "paths",
+        Integrator::Ao => "ambient occlusion",
+    };
+    match mean_samples {
+        Some(mean) => format!(", {name} of {mean:.1} spp in the mean"),
+        None => format!(", {name} of {} spp", config.spp),
+    }
 }
 
 /// Returns `-o`, or the scene's name as a PNG in the current folder.

@@ -247,7 +247,7 @@ fn cosine_distributed(n: DVec3, number: u64) -> DVec3 {
 /// eye to the centre of all bounded shapes.
 pub fn light_of(world: &World, camera: &Camera) -> DVec3 {
     let first = world.scene.lights.iter().find_map(|light| match light {
-        Light::Point { position, .. } => Some(*position),
+        Light::Point { position, .. } | Light::Spot { position, .. } => Some(*position),
         Light::Directional { .. } => None,
     });
     first.unwrap_or_else(|| {
@@ -265,7 +265,7 @@ pub fn light_of(world: &World, camera: &Camera) -> DVec3 {
 pub fn direction_of(world: &World, light: DVec3) -> DVec3 {
     let first = world.scene.lights.iter().find_map(|light| match light {
         Light::Directional { direction, .. } => Some(*direction),
-        Light::Point { .. } => None,
+        Light::Point { .. } | Light::Spot { .. } => None,
     });
     let direction = first.unwrap_or_else(|| middle(world) - light);
     // The vector is scaled before it is squared, since any length is allowed.

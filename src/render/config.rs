@@ -5,9 +5,13 @@
 //! fill this value themselves stay within the documented ranges.
 
 use super::AovSet;
+use super::adaptive::Adaptive;
 use crate::accel::{BuildQuality, KdQuality};
+use crate::light::filter::Kind as FilterKind;
+use crate::light::sampler::Kind as SamplerKind;
 use crate::plan::Choices;
 use crate::roots::Solver;
+use crate::scene::Rgb;
 use crate::trace::Caching;
 
 #[derive(Clone, Debug, PartialEq)]
@@ -18,6 +22,13 @@ pub struct RenderConfig {
     pub grid: Grid,
     /// Samples per pixel, at least 1; exactly 1 with [`Grid::Corners`].
     pub spp: u32,
+    pub integrator: Integrator,
+    /// Random numbers of the integrators that trace paths.
+    pub sampler: SamplerKind,
+    /// The pixel filter of the integrators that trace paths.
+    pub filter: FilterKind,
+    /// Adaptive sampling of the integrators that trace paths, in place of `spp`.
+    pub adaptive: Option<Adaptive>,
     pub choices: Choices,
     /// Root finder of polynomial surfaces in the precision `fast`; `None` uses the one
     /// that each surface names.
@@ -37,6 +48,8 @@ pub struct RenderConfig {
     /// A camera's name, or its index from 0; `None` selects the first.
     pub camera: Option<String>,
     pub aovs: AovSet,
+    /// What camera rays that meet nothing show.
+    pub backdrop: Backdrop,
     pub tiles: TileOrder,
 }
 
@@ -58,6 +71,10 @@ impl Default for RenderConfig {
             height: 720,
             grid: Grid::default(),
             spp: 1,
+            integrator: Integrator::default(),
+            sampler: SamplerKind::default(),
+            filter: FilterKind::default(),
+            adaptive: None,
             choices: Choices::default(),
             solver: None,
             build: BuildQuality::default(),
@@ -68,9 +85,22 @@ impl Default for RenderConfig {
             max_depth: 5,
             camera: None,
             aovs: AovSet::default(),
+            backdrop: Backdrop::default(),
             tiles: TileOrder::default(),
         }
     }
+}
+
+/// How light is found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Integrator {
+    /// Lights without extent, mirrors and glass (Whitted 1980); no random numbers.
+    #[default]
+    Direct,
+    /// Paths of light from all that shines, scattered at all surfaces.
+    Path,
+    /// The share of a white sky that surfaces see.
+    Ao,
 }
 
 /// Image-plane positions of the rays of a W×H picture.
@@ -91,6 +121,19 @@ impl Grid {
             Grid::Corners => "corners",
         }
     }
+}
+
+/// What a picture shows where camera rays meet nothing. The scene is lit by its own background
+/// and environment whatever the choice.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Backdrop {
+    /// The scene's environment, or its background colour.
+    #[default]
+    Auto,
+    /// A colour, as linear radiance.
+    Color(Rgb),
+    /// Nothing: the picture gets alpha, and its colour is premultiplied.
+    Transparent,
 }
 
 /// The order in which threads get the tiles. No bit of the picture depends on it; the

@@ -29,13 +29,19 @@ impl AovSample {
 
 /// Allocates a picture with the requested channels. Returns an error if memory does not
 /// suffice.
-pub fn blank(width: u32, height: u32, aovs: AovSet) -> Result<Picture, TryReserveError> {
+pub fn blank(
+    width: u32,
+    height: u32,
+    aovs: AovSet,
+    has_alpha: bool,
+) -> Result<Picture, TryReserveError> {
     let pixels = width as usize * height as usize;
     let nothing = AovSample::NOTHING;
     Ok(Picture {
         width,
         height,
         color: column(pixels, [0.0; 3])?,
+        alpha: wanted(has_alpha, pixels, 1.0)?,
         depth: wanted(aovs.depth, pixels, nothing.depth)?,
         position: wanted(aovs.position, pixels, nothing.position)?,
         normal: wanted(aovs.normal, pixels, nothing.normal)?,
@@ -79,6 +85,7 @@ pub fn put(
     corner: (u32, u32),
     size: (u32, u32),
     color: &[Rgb],
+    alpha: &[f32],
     aovs: &[AovSample],
 ) {
     for row in 0..size.1 {
@@ -86,6 +93,9 @@ pub fn put(
         let to = (corner.1 + row) as usize * picture.width as usize + corner.0 as usize;
         let width = size.0 as usize;
         picture.color[to..to + width].copy_from_slice(&color[from..from + width]);
+        if let Some(column) = &mut picture.alpha {
+            column[to..to + width].copy_from_slice(&alpha[from..from + width]);
+        }
         if aovs.is_empty() {
             continue;
         }

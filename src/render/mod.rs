@@ -1,17 +1,21 @@
 //! Renders a scene to a picture: camera rays, samples, tiles, film.
 
+mod adaptive;
 mod camera;
 mod config;
 mod film;
 mod frames;
 mod items;
+mod paths;
 mod progress;
 mod sampler;
+mod sums;
 mod tile;
 
 pub use crate::io::{AovSet, Picture};
+pub use adaptive::Adaptive;
 pub use camera::RayGenerator;
-pub use config::{Grid, RenderConfig, TileOrder};
+pub use config::{Backdrop, Grid, Integrator, RenderConfig, TileOrder};
 pub use film::bytes as picture_bytes;
 pub use frames::FrameMemory;
 pub use progress::Progress;

@@ -5,11 +5,13 @@
 //! the picture. A tile is traced sample by sample; its transient columns live in the
 //! worker's arena, which is reset after the tile.
 
+use super::adaptive::{AdaptiveFilm, render_adaptively};
 use super::camera::RayGenerator;
-use super::config::{Grid, RenderConfig, TileOrder};
+use super::config::{Backdrop, Grid, RenderConfig, TileOrder};
 use super::film::{AovSample, blank, put};
 use super::frames::FrameMemory;
 use super::items::{item_buffer, tiles_of};
+use super::paths::{PathPicture, PathTile};
 use super::progress::Progress;
 use super::sampler::sample_position;
 use super::{AovSet, Picture};
@@ -52,13 +54,15 @@ pub struct Rendered {
     pub record: Vec<TracedRay>,
     /// Number of (ray, primitive) pairs decided by exact arithmetic.
     pub decided: u64,
+    /// Mean number of samples per pixel, if they were adaptive.
+    pub mean_samples: Option<f64>,
 }
 
 /// Memory of one worker, kept from tile to tile.
 #[derive(Default)]
-struct Worker {
-    arena: Bump,
-    trace: TraceScratch,
+pub struct Worker {
+    pub arena: Bump,
+    pub trace: TraceScratch,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
@@ -135,7 +139,8 @@ fn render_tiles(
     let (side, tiles) = tiling(config);
     let columns = config.width.div_ceil(side);
     progress.start(tiles);
-    let picture = blank(config.width, config.height, config.aovs);
+    let has_alpha = config.backdrop == Backdrop::Transparent;
+    let picture = blank(config.width, config.height, config.aovs, has_alpha);
     let done = Mutex::new(Rendered {
         picture: picture.map_err(|_| RenderError::Memory {
             width: config.width,
@@ -144,6 +149,7 @@ fn render_tiles(
         counts: RayCounts::default(),
         record: Vec::new(),
         decided: 0,
+        mean_samples: None,
     });
     let workers = ScratchPool::<Worker>::default();
     let at = |number: u32| {
@@ -156,6 +162,16 @@ fn render_tiles(
     };
     let generator = RayGenerator::new(view.camera, config.width, config.height, config.grid);
     let whole = morton_order((side, side));
+    let paths = PathPicture::new(view, config);
+    let film = match (&paths, &config.adaptive) {
+        (Some(picture), Some(adaptive)) => {
+            let settings = (config, adaptive);
+            Some(render_adaptively(
+                view, settings, picture, &generator, progress,
+            ))
+        }
+        _ => None,
+    };
     let material_flags = MaterialFlags::new(&view.world.scene.materials.rows);
     let order = |number: u32| {
         let (corner, size) = at(number);
@@ -182,6 +198,9 @@ fn render_tiles(
                 corner,
                 size,
                 whole: &whole,
+                paths: paths.as_ref(),
+                film: film.as_ref(),
+                generator: &generator,
                 material_flags,
                 items: items
                     .as_ref()
@@ -198,6 +217,10 @@ fn render_tiles(
         return Err(RenderError::Interrupted);
     }
     let mut done = done.into_inner().unwrap_or_else(|e| e.into_inner());
+    if let Some(film) = &film {
+        done.counts.add(&film.counts);
+        done.mean_samples = Some(film.mean_samples());
+    }
     let workers = workers.into_values();
     done.decided = workers.iter().map(|worker| worker.trace.decided).sum();
     // The sort is stable: all rays of a pixel lie in one tile and keep their order.
@@ -214,6 +237,11 @@ struct Tile<'a> {
     size: (u32, u32),
     /// Pixel order of a tile that the picture's border does not cut.
     whole: &'a [Spot],
+    /// What path-traced tiles share.
+    paths: Option<&'a PathPicture>,
+    /// The picture, where it was sampled adaptively.
+    film: Option<&'a AdaptiveFilm>,
+    generator: &'a RayGenerator,
     material_flags: MaterialFlags,
     /// The frame's item buffer, and the index of the tile's first list.
     items: Option<(&'a ItemBuffer, usize)>,
@@ -229,15 +257,49 @@ impl Tile<'_> {
     ) -> RayCounts {
         let pixels = (self.size.0 * self.size.1) as usize;
         let color = arena.alloc_slice_fill_copy(pixels, [0.0_f32; 3]);
+        let alpha = arena.alloc_slice_fill_copy(pixels, 1.0_f32);
         let kept = if self.config.aovs.any() { pixels } else { 0 };
         let aovs = arena.alloc_slice_fill_copy(kept, AovSample::NOTHING);
         let cache = ShadowCache::new(self.config.shadow_cache);
         let caches = arena.alloc_slice_fill_copy(self.view.lights.len(), cache);
         let cut = (pixels < self.whole.len()).then(|| morton_order(self.size));
         let order = cut.as_deref().unwrap_or(self.whole);
-        let scratch = &mut Scratch::new(arena, trace);
         let mut record = Vec::new();
         let mut counts = RayCounts::default();
+        if let Some(picture) = self.paths {
+            if kept > 0 {
+                let scratch = &mut Scratch::new(arena, trace);
+                self.first_hits(order, scratch, color, aovs);
+            }
+            let tile = PathTile {
+                view: self.view,
+                config: self.config,
+                picture,
+                generator: self.generator,
+                corner: self.corner,
+                order,
+                cancel: &self.progress.cancel,
+            };
+            let slots = arena.alloc_slice_fill_copy(pixels, [0.0; 4]);
+            match self.film {
+                Some(film) => {
+                    for (row, slot) in slots.iter_mut().enumerate() {
+                        *slot = film.mean(self.place(row as u32));
+                    }
+                }
+                None => tile.render(arena, trace, slots, &mut counts),
+            }
+            for (row, [r, g, b, there]) in slots.iter().enumerate() {
+                color[row] = [*r, *g, *b].map(radiance);
+                alpha[row] = *there;
+            }
+            if self.progress.is_cancelled() {
+                return counts;
+            }
+            self.finish(color, alpha, aovs, done, (&counts, record));
+            return counts;
+        }
+        let scratch = &mut Scratch::new(arena, trace);
         if kept > 0 && self.samples() > 1 {
             self.first_hits(order, scratch, color, aovs);
             color.fill([0.0; 3]);
@@ -249,6 +311,7 @@ impl Tile<'_> {
                 sample,
                 pixel_of: &|row| self.pixel(row),
                 memory: memory.as_deref_mut(),
+                covered: Some(alpha),
             };
             self.sample(sample, order, scratch, color, aovs, caches, statistics);
             counts.add(&statistics.counts);
@@ -264,6 +327,22 @@ impl Tile<'_> {
         for pixel in color.iter_mut() {
             *pixel = pixel.map(|c| radiance(c * share));
         }
+        for alpha in alpha.iter_mut() {
+            *alpha = 1.0 - (1.0 - *alpha) * share;
+        }
+        self.finish(color, alpha, aovs, done, (&counts, record));
+        counts
+    }
+
+    /// Hands the tile's pixels on, and puts them into the picture.
+    fn finish(
+        &self,
+        color: &[Rgb],
+        alpha: &[f32],
+        aovs: &[AovSample],
+        done: &Mutex<Rendered>,
+        (counts, mut record): (&RayCounts, Vec<TracedRay>),
+    ) {
         (self.on_tile)(FinishedTile {
             x: self.corner.0,
             y: self.corner.1,
@@ -272,10 +351,16 @@ impl Tile<'_> {
             color,
         });
         let mut done = done.lock().unwrap_or_else(|e| e.into_inner());
-        put(&mut done.picture, self.corner, self.size, color, aovs);
-        done.counts.add(&counts);
+        put(
+            &mut done.picture,
+            self.corner,
+            self.size,
+            color,
+            alpha,
+            aovs,
+        );
+        done.counts.add(counts);
         done.record.append(&mut record);
-        counts
     }
 
     fn samples(&self) -> u32 {
@@ -363,6 +448,7 @@ impl Tile<'_> {
             sample: 0,
             pixel_of: &|row| row,
             memory: None,
+            covered: None,
         };
         let integrator = Integrator {
             lights: &[],
@@ -379,6 +465,11 @@ impl Tile<'_> {
             lights: self.view.lights,
             items: self.items,
             background: self.view.world.scene.background,
+            backdrop: match self.config.backdrop {
+                Backdrop::Auto => self.view.world.scene.background,
+                Backdrop::Color(color) => color,
+                Backdrop::Transparent => [0.0; 3],
+            },
             max_depth: self.config.max_depth,
             unnamed: Default::default(),
             material_flags: self.material_flags,
@@ -456,14 +547,14 @@ fn radiance(c: f32) -> f32 {
 
 /// A pixel's position relative to the tile's corner, and its row of the film.
 #[derive(Clone, Copy)]
-struct Spot {
-    x: u32,
-    y: u32,
-    row: u32,
+pub struct Spot {
+    pub x: u32,
+    pub y: u32,
+    pub row: u32,
 }
 
 /// Lists a tile's pixels block by block, each block in Morton order.
-fn morton_order((width, height): (u32, u32)) -> Vec<Spot> {
+pub fn morton_order((width, height): (u32, u32)) -> Vec<Spot> {
     let mut order = Vec::with_capacity((width * height) as usize);
     for block_y in (0..height).step_by(BLOCK as usize) {
         for block_x in (0..width).step_by(BLOCK as usize) {

@@ -29,6 +29,12 @@ impl<'b, L: Lanes> Column3<'b, L> {
         self.0.iter_mut().for_each(|column| column.truncate(rows));
     }
 
+    pub fn drop_first(&mut self, rows: usize) {
+        for column in &mut self.0 {
+            column.drain(..rows);
+        }
+    }
+
     /// Resizes the columns; new rows get these values.
     pub fn resize(&mut self, rows: usize, values: [L::Scalar; 3]) {
         for (column, value) in self.0.iter_mut().zip(values) {
@@ -63,6 +69,12 @@ impl<'b, L: Lanes> Column3<'b, L> {
     pub fn repeat_last(&mut self, rows: usize) {
         for column in &mut self.0 {
             repeat_last(column, rows);
+        }
+    }
+
+    pub fn set(&mut self, row: usize, values: [L::Scalar; 3]) {
+        for (column, value) in self.0.iter_mut().zip(values) {
+            column[row] = value;
         }
     }
 

@@ -22,6 +22,9 @@ pub struct HitBuffer<'b> {
     pub shadow_offset: ArenaVec<'b, f64>,
     /// The ray's direction, unit after [`finish`](HitBuffer::finish).
     pub incoming: Column3<'b, Doubles>,
+    /// From the hit to the surface that vertex normals suggest, where it is asked for.
+    pub lift: Column3<'b, Doubles>,
+    pub wants_lift: bool,
     len: usize,
 }
 
@@ -39,6 +42,8 @@ impl<'b> HitBuffer<'b> {
             offset: numbers(),
             shadow_offset: numbers(),
             incoming: columns(),
+            lift: Column3::with_capacity(0, arena),
+            wants_lift: false,
             len: 0,
         }
     }
@@ -53,6 +58,10 @@ impl<'b> HitBuffer<'b> {
             &mut self.incoming,
         ] {
             column.resize(rows, [0.0; 3]);
+        }
+        if self.wants_lift {
+            self.lift.truncate(0);
+            self.lift.resize(rows, [0.0; 3]);
         }
         self.row.resize(rows, 0);
         self.material.resize(rows, None);
@@ -87,6 +96,9 @@ impl<'b> HitBuffer<'b> {
             &mut self.incoming,
         ] {
             column.repeat_last(len);
+        }
+        if self.wants_lift {
+            self.lift.repeat_last(len);
         }
         repeat_last(&mut self.row, len);
         repeat_last(&mut self.material, len);

@@ -8,9 +8,8 @@
 //! width changes the picture.
 
 use super::bsdf::{MaterialFlags, sample_bsdf, spawns_rays};
-use super::columns::{STEP, gather};
 use super::hit_buffer::HitBuffer;
-use super::interaction::InteractionPart;
+use super::hits::fill_hit_buffer;
 use super::ray_queue::{BATCH, RayQueue, RayQueues};
 use super::statistics::{Statistics, count_rays, record_ray};
 use super::surface::Surface;
@@ -73,6 +72,8 @@ pub struct Integrator<'w> {
     /// The frame's item buffer for camera rays, and the index of its first list.
     pub items: Option<(&'w ItemBuffer, usize)>,
     pub background: Rgb,
+    /// What camera rays see where they meet nothing.
+    pub backdrop: Rgb,
     pub max_depth: u32,
     /// Material of surfaces without one.
     pub unnamed: Material,
@@ -173,10 +174,23 @@ impl Integrator<'_> {
             statistics,
         );
 
-        self.fill_hit_buffer(queue, rays.clone(), (t, instance, primitive), buffer);
+        fill_hit_buffer(
+            (self.world, self.kernels.precision),
+            (queue, rays.clone()),
+            (t, instance, primitive),
+            buffer,
+        );
         for (row, i) in rays.clone().enumerate() {
             if instance[row] == HitId::NONE.instance {
-                add(film, queue, i, self.background);
+                let seen = if depth == 0 {
+                    if let Some(covered) = &mut statistics.covered {
+                        covered[queue.pixel[i] as usize] -= 1.0;
+                    }
+                    self.backdrop
+                } else {
+                    self.background
+                };
+                add(film, queue, i, seen);
             }
         }
         if self.material_flags.emits {
@@ -232,100 +246,12 @@ impl Integrator<'_> {
         queues.at(depth).truncate(first);
     }
 
-    /// Evaluates the surfaces of a batch's hits, up to [`STEP`] hits of one interaction at a
-    /// time.
-    fn fill_hit_buffer(
-        &self,
-        queue: &RayQueue,
-        rays: Range<usize>,
-        (t, instance, primitive): (&[f64], &[u64], &[u32]),
-        buffer: &mut HitBuffer,
-    ) {
-        let met = |row: &usize| instance[*row] != HitId::NONE.instance;
-        buffer.start((0..rays.len()).filter(met).count());
-        let mut open: [Option<PendingHits>; OPEN_SITES] = [const { None }; OPEN_SITES];
-        let mut oldest = 0;
-        for (hit, row) in (0..rays.len()).filter(met).enumerate() {
-            let id = HitId {
-                instance: instance[row],
-                primitive: primitive[row],
-            };
-            let has = |pending: &Option<PendingHits>| {
-                pending.as_ref().is_some_and(|b| b.interaction.has(id))
-            };
-            let at = open.iter().position(has).unwrap_or_else(|| {
-                let interaction = InteractionPart::of(self.world, self.kernels.precision, id);
-                if let Some(pending) = open[oldest].replace(PendingHits::new(interaction)) {
-                    pending.flush(queue, rays.start, (t, primitive), buffer);
-                }
-                oldest = (oldest + 1) % OPEN_SITES;
-                (oldest + OPEN_SITES - 1) % OPEN_SITES
-            });
-            let Some(pending) = &mut open[at] else {
-                continue;
-            };
-            buffer.row[hit] = (rays.start + row) as u32;
-            buffer.material[hit] = pending.interaction.material(id.primitive);
-            pending.hits[pending.len] = hit as u32;
-            pending.len += 1;
-            if pending.len == STEP {
-                pending.flush(queue, rays.start, (t, primitive), buffer);
-                pending.len = 0;
-            }
-        }
-        for pending in open.iter().flatten() {
-            pending.flush(queue, rays.start, (t, primitive), buffer);
-        }
-        buffer.finish();
-    }
-
     #[inline(always)]
     fn material(&self, id: Option<MaterialId>) -> &Material {
         match id {
             Some(id) => &self.world.scene.materials.rows[id.index()],
             None => &self.unnamed,
         }
-    }
-}
-
-/// Number of sites whose hits are collected at the same time.
-const OPEN_SITES: usize = 4;
-
-/// Hits of one interaction, collected until they fill a step.
-struct PendingHits<'w> {
-    interaction: InteractionPart<'w>,
-    hits: [u32; STEP],
-    len: usize,
-}
-
-impl<'w> PendingHits<'w> {
-    fn new(interaction: InteractionPart<'w>) -> PendingHits<'w> {
-        PendingHits {
-            interaction,
-            hits: [0; STEP],
-            len: 0,
-        }
-    }
-
-    /// Evaluates the collected hits. `t` and `primitive` hold the rays from `first` on.
-    fn flush(
-        &self,
-        queue: &RayQueue,
-        first: usize,
-        (t, primitive): (&[f64], &[u32]),
-        buffer: &mut HitBuffer,
-    ) {
-        let Some(last) = self.len.checked_sub(1) else {
-            return;
-        };
-        let hits: [u32; STEP] = std::array::from_fn(|i| self.hits[i.min(last)]);
-        let rays = hits.map(|hit| buffer.row[hit as usize]);
-        let (org, dir) = queue.gather(&rays);
-        let rows = rays.map(|ray| ray - first as u32);
-        let primitives = rows.map(|row| primitive[row as usize]);
-        let t = gather(t, &rows);
-        let surfaces = self.interaction.surfaces((org, dir), t, &primitives);
-        buffer.set(&hits, &surfaces, dir);
     }
 }
 

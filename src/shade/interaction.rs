@@ -2,7 +2,9 @@
 //! the same primitive.
 
 use super::projection::{height_at, refined};
-use super::surface::{Surfaces, normal_before, normals, shading_normal, to_world, to_world_height};
+use super::surface::{
+    Surfaces, lift_onto_smooth, normal_before, normals, shading_normal, to_world, to_world_height,
+};
 use crate::accel::{PreparedCsg, World};
 use crate::geom::formula::{Formula, border};
 use crate::geom::primitive::Blur;
@@ -179,6 +181,40 @@ impl<'w> InteractionPart<'w> {
         };
         let of_part = || part.and_then(|part| part.material);
         self.material.or_else(of_part).or_else(own)
+    }
+
+    /// Says whether the surface is one of triangles with vertex normals.
+    #[inline(always)]
+    pub fn is_smooth(&self) -> bool {
+        let normals = |id| self.world.scene.meshes.row(id).normals.is_some();
+        self.part.is_none() && matches!(self.shape, Shape::Mesh(id) if normals(id))
+    }
+
+    /// Returns the world vectors that lift points of a smooth mesh off its facets
+    /// ([`lift_onto_smooth`]).
+    #[inline(never)]
+    pub fn lift<D: Lanes<Scalar = f64>>(
+        &self,
+        surfaces: &Surfaces<D>,
+        primitives: &[u32],
+    ) -> Vec3<D> {
+        let Shape::Mesh(id) = self.shape else {
+            return Vec3::splat([0.0; 3]);
+        };
+        let mut at = surfaces.point;
+        if let Some(map) = &self.whole {
+            at = map.points(at) - Vec3::splat(self.center.to_array());
+        }
+        let one = D::splat(1.0);
+        let side = D::select(surfaces.front, one, -one);
+        let lift = lift_onto_smooth(&self.world.scene.meshes.row(id), (at, primitives), side);
+        match &self.whole {
+            None => lift,
+            Some(_) => {
+                let instance = self.world.instances.get(&self.world.scene, self.instance);
+                instance.world_from_object.vectors(lift)
+            }
+        }
     }
 
     /// Evaluates the hits of world rays, one per lane, from origins, directions, t and

@@ -4,7 +4,8 @@ use super::columns::{Doubles, Singles};
 use crate::math::bounds::LIGHT_END;
 use crate::math::lanes::{Lanes, Mask};
 use crate::math::{Vec3, unit};
-use crate::scene::{Falloff, Light};
+use crate::scene::{Falloff, Light, Rgb};
+use glam::DVec3;
 
 type LaneMask = <Doubles as Lanes>::Mask;
 
@@ -23,7 +24,7 @@ pub struct LightSample {
 /// move it by ([`LIGHT_END`]).
 pub fn shadow_t_max(light: &Light) -> f32 {
     match light {
-        Light::Point { .. } => LIGHT_END,
+        Light::Point { .. } | Light::Spot { .. } => LIGHT_END,
         Light::Directional { .. } => f32::INFINITY,
     }
 }
@@ -38,7 +39,7 @@ pub fn shadow_dirs(
     towards: Vec3<Doubles>,
 ) -> (Vec3<Doubles>, LaneMask) {
     match light {
-        Light::Point { position, .. } => {
+        Light::Point { position, .. } | Light::Spot { position, .. } => {
             let dir = Vec3::splat(position.to_array()) - org;
             (dir, dir.max_abs().gt(Doubles::zero()))
         }
@@ -54,25 +55,29 @@ impl LightSample {
                 position,
                 intensity,
                 falloff,
+                ..
+            } => LightSample::from_point(*position, *intensity, *falloff, point),
+            Light::Spot {
+                position,
+                direction,
+                intensity,
+                inner,
+                outer,
+                ..
             } => {
-                let dir = Vec3::splat(position.to_array()) - point;
-                let distance = dir.length();
-                let one = Doubles::splat(1.0);
-                let nearness = one / distance;
-                let fade = match falloff {
-                    Falloff::InverseSquare => nearness * nearness,
-                    Falloff::None => one,
-                };
-                let faded = |i: f32| Singles::narrow(Doubles::splat(f64::from(i)) * fade);
+                let full = Falloff::InverseSquare;
+                let sample = LightSample::from_point(*position, *intensity, full, point);
+                let axis = Vec3::splat(unit(*direction).to_array());
+                let fade = cone_fade(*inner, *outer, -sample.towards.dot(axis));
                 LightSample {
-                    some: !Lanes::eq(distance, Doubles::zero()),
-                    towards: dir * nearness,
-                    irradiance: intensity.map(faded),
+                    irradiance: sample.irradiance.map(|i| i * fade),
+                    ..sample
                 }
             }
             Light::Directional {
                 direction,
                 irradiance,
+                ..
             } => {
                 let towards = Vec3::splat((-unit(*direction)).to_array());
                 LightSample {
@@ -83,4 +88,39 @@ impl LightSample {
             }
         }
     }
+
+    #[inline(always)]
+    fn from_point(
+        position: DVec3,
+        intensity: Rgb,
+        falloff: Falloff,
+        point: Vec3<Doubles>,
+    ) -> LightSample {
+        let dir = Vec3::splat(position.to_array()) - point;
+        let distance = dir.length();
+        let one = Doubles::splat(1.0);
+        let nearness = one / distance;
+        let fade = match falloff {
+            Falloff::InverseSquare => nearness * nearness,
+            Falloff::None => one,
+        };
+        let faded = |i: f32| Singles::narrow(Doubles::splat(f64::from(i)) * fade);
+        LightSample {
+            some: !Lanes::eq(distance, Doubles::zero()),
+            towards: dir * nearness,
+            irradiance: intensity.map(faded),
+        }
+    }
+}
+
+/// Returns a spot light's share of its full intensity in a direction at this cosine from its
+/// axis: glTF's, the square of a ramp between the cosines of the two cones.
+#[inline(always)]
+fn cone_fade(inner: f64, outer: f64, cos: Doubles) -> Singles {
+    let (full, none) = (libm::cos(inner), libm::cos(outer));
+    // glTF's least width of the ramp.
+    let scale = 1.0 / (full - none).max(1e-3);
+    let ramp = (cos - Doubles::splat(none)) * Doubles::splat(scale);
+    let ramp = ramp.max(Doubles::zero()).min(Doubles::splat(1.0));
+    Singles::narrow(ramp * ramp)
 }

@@ -3,16 +3,18 @@
 mod bsdf;
 mod columns;
 mod hit_buffer;
+mod hits;
 mod integrate;
 mod interaction;
 mod light;
+pub mod path;
 mod projection;
 mod ray_queue;
 mod statistics;
 mod surface;
 
 pub use bsdf::{BsdfSample, MaterialFlags, reflected, sample_bsdf, spawns_rays};
-pub use columns::{Doubles, STEP};
+pub use columns::{Doubles, STEP, Singles};
 pub use integrate::{Integrator, Scratch};
 pub use ray_queue::{BATCH, RayQueue};
 pub use statistics::{Memory, RayCounts, Statistics};

@@ -79,6 +79,13 @@ impl<'b> RayQueue<'b> {
         keep(&mut self.pixel, pixels, rows);
     }
 
+    /// Appends grey weights of rays that were appended by [`RayQueue::push_some`].
+    #[inline(always)]
+    pub fn weigh_some(&mut self, weight: Singles, rows: u32) {
+        self.weight
+            .push_some(Vec3::new(weight, weight, weight), rows);
+    }
+
     /// Fills the columns that new rays have in common; rays without a weight get weight
     /// 1.
     pub fn complete(&mut self, t_max: f32, kind: RayKind) {
@@ -139,6 +146,17 @@ impl<'b> RayQueue<'b> {
         self.pixel.truncate(rays);
         self.weight.truncate(rays);
         self.kind.truncate(rays);
+    }
+
+    /// Removes the first rays.
+    pub fn drop_first(&mut self, rays: usize) {
+        self.org.drop_first(rays);
+        self.dir.drop_first(rays);
+        self.t_min.drain(..rays);
+        self.t_max.drain(..rays);
+        self.pixel.drain(..rays);
+        self.weight.drop_first(rays);
+        self.kind.drain(..rays);
     }
 
     /// Gathers origins and directions of rows in increasing order, of which only the

@@ -49,6 +49,8 @@ pub struct Statistics<'a> {
     pub pixel_of: &'a dyn Fn(u32) -> u32,
     /// Temporal bounds of the camera rays from the frame before.
     pub memory: Option<&'a mut Memory>,
+    /// By film row: one less for each camera ray that meets nothing.
+    pub covered: Option<&'a mut [f32]>,
 }
 
 /// Hits of a tile's camera rays, as temporal bounds for the next frame: in tracing

@@ -214,6 +214,38 @@ fn mesh_normals<D: Lanes<Scalar = f64>>(
     (ng, smooth)
 }
 
+/// Returns the vectors that lift points of smooth triangles onto the surface which their
+/// vertices' normals suggest, in object space: the mean of the vertices' tangent planes, where
+/// these lie above the point (Hanika, "Hacking the Shadow Terminator", 2021). `side` is -1 where
+/// the surface is seen from inside. Zero without vertex normals.
+#[inline(always)]
+pub(super) fn lift_onto_smooth<D: Lanes<Scalar = f64>>(
+    mesh: &Mesh,
+    (at, triangles): (Vec3<D>, &[u32]),
+    side: D,
+) -> Vec3<D> {
+    let Some(normals) = mesh.normals else {
+        return Vec3::splat([0.0; 3]);
+    };
+    let corners = facets::<D>(mesh, triangles);
+    let [a, b, c] = corners;
+    let weights = weights(corners, (b - a).cross(c - a), at);
+    let sum = weights[0] + weights[1] + weights[2];
+    let mut lift = Vec3::splat([0.0; 3]);
+    for k in 0..3 {
+        let normal = units(Vec3::<D>::of_lanes(|i| {
+            let vertex = mesh.triangles[triangles[i] as usize][k];
+            normals[vertex as usize].map(f64::from)
+        }));
+        let normal = normal * side;
+        let below = (at - corners[k]).dot(normal).min(D::zero());
+        let share = (weights[k] / sum).max(D::zero()).min(D::splat(1.0));
+        lift = lift - normal * (share * below);
+    }
+    let known = sum.abs().gt(D::zero()) & lift.max_abs().lt(D::splat(f64::MAX));
+    Vec3::select(known, lift, Vec3::splat([0.0; 3]))
+}
+
 /// Unnormalised barycentric coordinates of a point in the plane, not clamped; the sums
 /// serve for normals, which are normalised later.
 #[inline(always)]

@@ -15,7 +15,7 @@ pub use error::Error;
 
 use crate::accel::{BuildQuality, Density, KdQuality, Structure, World};
 use crate::plan::{Accel, Choices, Kernels, Plan, plan};
-use crate::render::{FinishedTile, Picture, Progress, RenderConfig, View, render_with};
+use crate::render::{FinishedTile, Integrator, Picture, Progress, RenderConfig, View, render_with};
 use crate::scene::{Instances, Scene, default_camera, default_lights};
 use crate::trace::{
     self, Caching, Depths, HitIds, Ids, ScratchPool, ShadowCache, Spans, TraceScratch, any, closest,
@@ -159,7 +159,7 @@ impl Tracer {
         };
         let made;
         let lights = match &*scene.lights {
-            [] => {
+            [] if config.integrator == Integrator::Direct => {
                 made = default_lights(&camera);
                 &made
             }

@@ -350,10 +350,12 @@ pub fn random_scene(seed: u64) -> Scene {
         position: DVec3::new(3.0, 4.0, 5.0),
         intensity: [60.0; 3],
         falloff: Falloff::InverseSquare,
+        radius: 0.0,
     });
     scene.light(Light::Directional {
         direction: DVec3::new(1.0, -1.0, -0.5),
         irradiance: [1.0; 3],
+        angle: 0.0,
     });
     scene.background([0.1, 0.2, 0.3]);
     scene.finish().expect("a random scene is a good scene")

@@ -14,7 +14,8 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("geom", &["math", "roots"]),
     ("csg", &["math", "roots", "geom"]),
     ("scene", &["math", "roots", "geom", "csg"]),
-    ("io", &["math", "roots", "geom", "csg", "scene"]),
+    ("light", &["math", "scene"]),
+    ("io", &["math", "roots", "geom", "csg", "scene", "light"]),
     ("plan", &["math", "roots", "geom", "csg", "scene"]),
     ("accel", &["math", "roots", "geom", "csg", "scene"]),
     (
@@ -24,20 +25,21 @@ const LAYERS: &[(&str, &[&str])] = &[
     (
         "shade",
         &[
-            "math", "roots", "geom", "csg", "scene", "plan", "accel", "trace",
+            "light", "math", "roots", "geom", "csg", "scene", "plan", "accel", "trace",
         ],
     ),
     (
         "render",
         &[
-            "math", "roots", "geom", "csg", "scene", "io", "plan", "accel", "trace", "shade",
+            "light", "math", "roots", "geom", "csg", "scene", "io", "plan", "accel", "trace",
+            "shade",
         ],
     ),
     (
         "tracer",
         &[
-            "math", "roots", "geom", "csg", "scene", "io", "plan", "accel", "trace", "shade",
-            "render",
+            "light", "math", "roots", "geom", "csg", "scene", "io", "plan", "accel", "trace",
+            "shade", "render",
         ],
     ),
     // And of these only what `reference_may` allows.
@@ -45,6 +47,7 @@ const LAYERS: &[(&str, &[&str])] = &[
     (
         "measure",
         &[
+            "light",
             "math",
             "roots",
             "geom",
@@ -62,6 +65,7 @@ const LAYERS: &[(&str, &[&str])] = &[
     (
         "cli",
         &[
+            "light",
             "math",
             "roots",
             "geom",
@@ -290,7 +294,7 @@ fn import_faults(sources: &[(String, String)]) -> Vec<String> {
             // In a crate of one layer, its own modules.
             let is_layer = LAYERS.iter().any(|(name, _)| name == other);
             let fine = other == own
-                || !is_layer && ["io", "reference"].contains(&own)
+                || !is_layer && ["io", "light", "reference"].contains(&own)
                 || allowed.contains(&other.as_str())
                     && (own != "reference" || reference_may(&path));
             if !fine {

@@ -257,6 +257,7 @@ fn pictures_of_what_has_no_box_are_the_same() {
         b.light(Light::Directional {
             direction: DVec3::new(1.0, -1.0, -0.5),
             irradiance: [1.0; 3],
+            angle: 0.0,
         });
         let from = random.vector() + 9.0 * DVec3::Z;
         let camera = Camera::perspective(from, DVec3::ZERO, DVec3::Y, 45.0);

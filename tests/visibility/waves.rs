@@ -44,6 +44,7 @@ fn hall_of_glass() -> Scene {
     scene.light(Light::Directional {
         direction: -DVec3::Y,
         irradiance: [1.0; 3],
+        angle: 0.0,
     });
     scene.finish().unwrap()
 }
@@ -87,6 +88,7 @@ fn trace(question: Question) -> Traced {
         lights: &scene.lights,
         items: None,
         background: [0.3, 0.5, 0.7],
+        backdrop: [0.3, 0.5, 0.7],
         max_depth: question.max_depth,
         unnamed: Default::default(),
         material_flags: MaterialFlags::new(&scene.materials.rows),
@@ -101,6 +103,7 @@ fn trace(question: Question) -> Traced {
         sample: 0,
         pixel_of: &|row| row,
         memory: None,
+        covered: None,
     };
     let mut trace = TraceScratch::default();
     let mut scratch = Scratch::new(&arena, &mut trace);

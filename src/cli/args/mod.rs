@@ -4,6 +4,7 @@
 //! ignored. `render/config.rs` documents the options' meaning, `values.rs` their
 //! values.
 
+mod light;
 mod values;
 
 pub use values::Size;
@@ -11,23 +12,25 @@ pub use values::Size;
 use super::error::CliError;
 use super::output::Sink;
 use crate::accel::{BuildQuality, KdClip, KdQuality, KdStop};
-use crate::io::{AovSet, LoadOptions};
+use crate::io::{AovSet, Bits, Development, LoadOptions, Tone};
 use crate::measure::generate::Generated;
 use crate::plan::{Accel, Choices, LaneCount, Precision};
-use crate::render::{Grid, RenderConfig};
+use crate::render::{Backdrop, Grid, RenderConfig};
 use crate::roots::{Interval, Solver};
 use crate::trace::Caching;
 use clap::{Args, value_parser};
 use glam::DVec3;
-use std::path::PathBuf;
+use light::LightArgs;
+use std::path::{Path, PathBuf};
 use values::{
     AccelChoice, BaselineChoice, BenchAccels, BenchBuilds, BenchCachings, BenchKinds, Coefficients,
     GrowthRange, LaneCounts, Orders, ReuseChoice, Sweeps, parse_accel, parse_accels, parse_aovs,
-    parse_bench_builds, parse_build, parse_caching, parse_cachings, parse_coefficients,
-    parse_error, parse_generated, parse_grid, parse_growth, parse_interval, parse_kd_clip,
-    parse_kd_stop, parse_kinds, parse_lane_counts, parse_lanes, parse_offset, parse_orders,
-    parse_page, parse_peers, parse_positive, parse_precision, parse_reuse, parse_scale,
-    parse_seconds, parse_size, parse_solver, parse_sweeps,
+    parse_backdrop, parse_bench_builds, parse_bits, parse_build, parse_caching, parse_cachings,
+    parse_coefficients, parse_dither, parse_error, parse_exposure, parse_generated, parse_grid,
+    parse_growth, parse_interval, parse_kd_clip, parse_kd_stop, parse_kinds, parse_lane_counts,
+    parse_lanes, parse_offset, parse_orders, parse_page, parse_peers, parse_positive,
+    parse_precision, parse_reuse, parse_scale, parse_seconds, parse_size, parse_solver,
+    parse_sweeps, parse_tone,
 };
 
 #[derive(Args)]
@@ -37,13 +40,18 @@ pub struct RenderArgs {
     /// .png or .exr [default: the scene's name with .png, in the current folder]
     #[arg(short, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Samples per pixel [default: 1; the built-in scene: 4]
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=65_536))]
-    pub spp: Option<u32>,
+    #[command(flatten)]
+    pub light: LightArgs,
     /// Additional outputs of each pixel's first sample, separated by commas: depth,
     /// position, normal, albedo, instance_id, primitive_id
     #[arg(long, value_name = "NAMES", value_parser = parse_aovs)]
     pub aov: Option<AovSet>,
+    #[command(flatten)]
+    pub development: DevelopmentArgs,
+    /// What shows where camera rays meet nothing: auto (the scene's environment or
+    /// background), transparent, white, black, or a linear colour R,G,B
+    #[arg(long, value_name = "WHAT", default_value = "auto", value_parser = parse_backdrop)]
+    pub background: Backdrop,
     /// Seed of the sample positions
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
@@ -53,8 +61,6 @@ pub struct RenderArgs {
     pub shadow_cache: Caching,
     #[command(flatten)]
     pub build: BuildArgs,
-    #[command(flatten)]
-    pub depth: DepthArgs,
     /// Render N pictures at times from 0 to 1 of the scene's motion: name_0000.png and
     /// so on
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=100_000))]
@@ -303,14 +309,79 @@ pub struct ExportArgs {
     /// .toml, .json, .gltf, .glb, .nff, .obj, .ply or .stl
     pub scene: PathBuf,
     /// Write a scene description for POV-Ray 3.7; - is standard output
-    #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
-    pub pov: Sink,
+    #[arg(long, value_name = "FILE", required_unless_present = "mitsuba", value_parser = Sink::parse)]
+    pub pov: Option<Sink>,
+    /// Write a scene for Mitsuba 3: this XML file, and beside it meshes and maps whose names
+    /// begin with the file's
+    #[arg(long, value_name = "FILE", conflicts_with = "pov", value_parser = parse_page)]
+    pub mitsuba: Option<PathBuf>,
+    /// Size of Mitsuba's picture, as WIDTHxHEIGHT [default: 1280x720]
+    #[arg(long, value_name = "WxH", conflicts_with = "pov", allow_hyphen_values = true, value_parser = parse_size)]
+    pub size: Option<Size>,
+    /// Maximum number of bounces of Mitsuba's paths [default: 16, as of our own]
+    #[arg(long, value_name = "N", conflicts_with = "pov", value_parser = value_parser!(u32).range(0..=255))]
+    pub max_depth: Option<u32>,
     /// Name of a camera or of its node, or its number from 0 [default: the first]
     #[arg(long, value_name = "NAME|INDEX")]
     pub camera: Option<String>,
     /// Allow files that the scene names outside its folder
     #[arg(long)]
     pub allow_outside: bool,
+}
+
+/// Options of PNG files; OpenEXR files stay linear.
+#[derive(Args)]
+pub struct DevelopmentArgs {
+    /// Tone curve of PNG files: none, neutral (Khronos PBR Neutral), agx or aces
+    /// [default: none]
+    #[arg(long, value_name = "CURVE", value_parser = parse_tone)]
+    pub tone: Option<Tone>,
+    /// Multiply the radiance in PNG files by 2^STOPS
+    #[arg(long, value_name = "STOPS", allow_hyphen_values = true, value_parser = parse_exposure)]
+    pub exposure: Option<f64>,
+    /// Dither PNG files, so that slow ramps show no bands: on or off [default: off]
+    #[arg(long, value_name = "USE", value_parser = parse_dither)]
+    pub dither: Option<bool>,
+    /// Bits of a channel in PNG files: 8 or 16 [default: 8]
+    #[arg(long, value_name = "N", value_parser = parse_bits)]
+    pub bits: Option<Bits>,
+}
+
+impl DevelopmentArgs {
+    /// Replaces what was not asked for where it is paths that the picture was traced by: its
+    /// radiance has no upper end, and its gradients are slow.
+    pub fn of_paths(&self, development: Development) -> Development {
+        Development {
+            tone: self.tone.unwrap_or(Tone::Neutral),
+            dither: self.dither.unwrap_or(true),
+            ..development
+        }
+    }
+
+    /// Returns the development of the picture `path`; refuses options that it would not heed.
+    pub fn checked(&self, path: &Path) -> Result<Development, CliError> {
+        let is_exr = path
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+        let given = [
+            ("--tone", self.tone.is_some()),
+            ("--exposure", self.exposure.is_some()),
+            ("--dither", self.dither.is_some()),
+            ("--bits", self.bits.is_some()),
+        ];
+        if let (true, Some((name, _))) = (is_exr, given.iter().find(|(_, is)| *is)) {
+            return Err(CliError::Usage(format!(
+                "{name} is for PNG files; an OpenEXR file is linear: leave it out, or name a .png"
+            )));
+        }
+        let default = Development::default();
+        Ok(Development {
+            tone: self.tone.unwrap_or(default.tone),
+            exposure: self.exposure.unwrap_or(default.exposure),
+            dither: self.dither.unwrap_or(default.dither),
+            bits: self.bits.unwrap_or(default.bits),
+        })
+    }
 }
 
 /// Options of the commands that build one structure.
@@ -442,11 +513,13 @@ pub const VERIFY_SIZE: Size = Size {
 const BUILTIN_SPP: u32 = 4;
 
 impl RenderArgs {
+    /// Returns the configuration before the scene is known, which completes it
+    /// ([`LightArgs::complete`]).
     pub fn config(&self) -> Result<RenderConfig, CliError> {
         let config = self.common.config(RENDER_SIZE)?;
         self.build.check(self.common.accel)?;
         let corners = config.grid == Grid::Corners;
-        if let (true, Some(spp @ 2..)) = (corners, self.spp) {
+        if let (true, Some(spp @ 2..)) = (corners, self.light.spp) {
             return Err(CliError::Usage(format!(
                 "--grid corners traces one ray through each corner; leave out --spp {spp}"
             )));
@@ -456,12 +529,12 @@ impl RenderArgs {
             _ => 1,
         };
         Ok(RenderConfig {
-            spp: self.spp.unwrap_or(spp),
+            spp,
             seed: self.seed,
             build: self.build.quality,
-            max_depth: self.depth.max_depth,
             shadow_cache: self.shadow_cache,
             aovs: self.aov.unwrap_or_default(),
+            backdrop: self.background,
             solver: self.solver.checked(Some(config.choices.precision))?,
             ..config
         })

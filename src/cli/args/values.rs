@@ -1,12 +1,12 @@
 //! Parsers and domains of the arguments' values.
 
 use crate::accel::{BuildQuality, KdClip, KdStop};
-use crate::io::AovSet;
+use crate::io::{AovSet, Bits, Tone};
 use crate::measure::extremes::{SWEEPS, Sweep};
 use crate::measure::generate::Generated;
 use crate::measure::ray_kinds::{Kind, Order};
 use crate::plan::{Accel, LaneCount, Precision};
-use crate::render::Grid;
+use crate::render::{Backdrop, Grid};
 use crate::roots::{Interval, Solver};
 use crate::trace::{Caching, Reuse};
 use glam::DVec3;
@@ -231,6 +231,51 @@ pub fn parse_aovs(text: &str) -> Result<AovSet, String> {
     Ok(aovs)
 }
 
+pub fn parse_tone(text: &str) -> Result<Tone, String> {
+    one_of(text, &Tone::ALL.map(|tone| (tone.name(), tone)))
+}
+
+/// Parses stops within what f32 radiance spans.
+pub fn parse_exposure(text: &str) -> Result<f64, String> {
+    match text.trim().parse() {
+        Ok(stops) if (-100.0..=100.0).contains(&stops) => Ok(stops),
+        _ => Err("write a number of stops from -100 to 100, such as 1.5".into()),
+    }
+}
+
+pub fn parse_dither(text: &str) -> Result<bool, String> {
+    one_of(text, &[("on", true), ("off", false)])
+}
+
+pub fn parse_bits(text: &str) -> Result<Bits, String> {
+    one_of(text, &[("8", Bits::Eight), ("16", Bits::Sixteen)])
+}
+
+pub fn parse_backdrop(text: &str) -> Result<Backdrop, String> {
+    let known = [
+        ("auto", Backdrop::Auto),
+        ("transparent", Backdrop::Transparent),
+        ("white", Backdrop::Color([1.0; 3])),
+        ("black", Backdrop::Color([0.0; 3])),
+    ];
+    if let Ok(backdrop) = one_of(text, &known) {
+        return Ok(backdrop);
+    }
+    let channels: Vec<f32> = text
+        .split(',')
+        .filter_map(|c| c.trim().parse().ok())
+        .filter(|c: &f32| c.is_finite() && *c >= 0.0)
+        .collect();
+    match channels[..] {
+        [r, g, b] if text.split(',').count() == 3 => Ok(Backdrop::Color([r, g, b])),
+        _ => Err(
+            "write auto, transparent, white, black, or a linear colour as R,G,B, such as \
+             0.2,0.2,0.25"
+                .into(),
+        ),
+    }
+}
+
 pub fn parse_kinds(text: &str) -> Result<BenchKinds, String> {
     let mut kinds = Vec::new();
     for name in text.split(',') {
@@ -340,7 +385,7 @@ pub fn parse_solver(text: &str) -> Result<Solver, String> {
     one_of(text, &Solver::ALL.map(|solver| (solver.name(), solver)))
 }
 
-fn one_of<T: Copy>(text: &str, known: &[(&str, T)]) -> Result<T, String> {
+pub(super) fn one_of<T: Copy>(text: &str, known: &[(&str, T)]) -> Result<T, String> {
     if let Some((_, value)) = known.iter().find(|(name, _)| *name == text) {
         return Ok(*value);
     }
@@ -373,6 +418,29 @@ mod tests {
         // 2²⁸ pixels, and one row more.
         assert_eq!(parse_size("16384x16384"), size(16384, 16384));
         assert!(parse_size("16384x16385").unwrap_err().contains("too many"));
+    }
+
+    #[test]
+    fn developments_and_backdrops() {
+        assert_eq!(parse_tone("agx").unwrap(), Tone::Agx);
+        assert!(parse_tone("AgX").is_err());
+        assert_eq!(parse_exposure("-1.5").unwrap(), -1.5);
+        assert!(
+            ["nan", "101", "", "1 stop"]
+                .iter()
+                .all(|t| parse_exposure(t).is_err())
+        );
+        assert_eq!(parse_bits("16").unwrap(), Bits::Sixteen);
+        assert!(parse_bits("10").is_err());
+        assert_eq!(
+            parse_backdrop("transparent").unwrap(),
+            Backdrop::Transparent
+        );
+        let color = parse_backdrop("0.5, 2,0").unwrap();
+        assert_eq!(color, Backdrop::Color([0.5, 2.0, 0.0]));
+        for wrong in ["1,1", "1,1,1,1", "-1,0,0", "inf,0,0", "grey", ""] {
+            assert!(parse_backdrop(wrong).is_err(), "{wrong}");
+        }
     }
 
     #[test]

@@ -121,6 +121,7 @@ fn seen() -> SceneBuilder {
         position: DVec3::new(4.0, 6.0, 5.0),
         intensity: [100.0; 3],
         falloff: Falloff::InverseSquare,
+        radius: 0.0,
     });
     scene
 }

@@ -111,6 +111,7 @@ impl Change {
                 position,
                 intensity,
                 falloff,
+                radius,
             } => {
                 let more = match falloff {
                     Falloff::InverseSquare => (self.scale * self.scale) as f32,
@@ -120,14 +121,32 @@ impl Change {
                     position: self.point(position),
                     intensity: intensity.map(|i| i * more),
                     falloff,
+                    radius: radius * self.scale,
                 }
             }
+            Light::Spot {
+                position,
+                direction,
+                intensity,
+                inner,
+                outer,
+                radius,
+            } => Light::Spot {
+                position: self.point(position),
+                direction: self.turn.of(direction),
+                intensity: intensity.map(|i| i * (self.scale * self.scale) as f32),
+                inner,
+                outer,
+                radius: radius * self.scale,
+            },
             Light::Directional {
                 direction,
                 irradiance,
+                angle,
             } => Light::Directional {
                 direction: self.turn.of(direction),
                 irradiance,
+                angle,
             },
         }
     }

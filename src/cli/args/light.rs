@@ -1,0 +1,118 @@
+//! Options of how light is found: integrator, samples, pixel filter.
+
+use super::values::one_of;
+use crate::light::filter::Kind as FilterKind;
+use crate::light::sampler::Kind as SamplerKind;
+use crate::render::{Adaptive, Grid, Integrator, RenderConfig};
+use crate::scene::Tables;
+use clap::{Args, value_parser};
+
+#[derive(Args)]
+pub struct LightArgs {
+    /// How light is found: direct (lights without extent, mirrors and glass), path (paths from
+    /// all that shines, scattered everywhere), ao (how much of a white sky surfaces see), or
+    /// auto, which is path where only it finds all light of the scene, or the scene has none
+    #[arg(long, value_name = "NAME", default_value = "auto", value_parser = parse_integrator)]
+    pub integrator: IntegratorChoice,
+    /// Samples per pixel; paths are noisier by half at a fourth, and best at powers of two
+    /// [default: 64 for paths, else 1]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=65_536))]
+    pub spp: Option<u32>,
+    /// Sample until the noise is below this, about that of a mid-grey, as 0.01; only paths
+    #[arg(long, value_name = "NOISE", value_parser = parse_noise, conflicts_with = "spp")]
+    pub noise: Option<f32>,
+    /// Most samples per pixel of --noise [default: 1024]
+    #[arg(long, value_name = "N", requires = "noise", value_parser = value_parser!(u32).range(1..=65_536))]
+    pub max_spp: Option<u32>,
+    /// Maximum number of reflections and refractions of a ray [default: 16 for paths, else 5]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..=255))]
+    pub max_depth: Option<u32>,
+    /// Random numbers of paths: sobol (Owen-scrambled), stratified or independent
+    #[arg(long, value_name = "NAME", default_value = "sobol", value_parser = parse_sampler)]
+    pub sampler: SamplerKind,
+    /// Pixel filter of paths: blackman-harris, gaussian, mitchell or box
+    #[arg(long, value_name = "NAME", default_value = "blackman-harris", value_parser = parse_filter)]
+    pub filter: FilterKind,
+}
+
+/// The integrator of `--integrator`; `None` is the one that the scene needs.
+#[derive(Clone, Copy, Debug)]
+pub struct IntegratorChoice(pub Option<Integrator>);
+
+impl LightArgs {
+    /// Completes a configuration for a scene.
+    pub fn complete(&self, config: RenderConfig, scene: &Tables) -> RenderConfig {
+        let needed = || match scene.is_dark() || scene.has_soft_light() {
+            // One ray through each corner is no estimate of anything.
+            true if config.grid == Grid::Centers => Integrator::Path,
+            _ => Integrator::Direct,
+        };
+        let integrator = self.integrator.0.unwrap_or_else(needed);
+        let (spp, max_depth) = match integrator {
+            Integrator::Direct => (config.spp, 5),
+            Integrator::Path => (64, 16),
+            Integrator::Ao => (64, 1),
+        };
+        let spp = match config.grid {
+            Grid::Centers => self.spp.unwrap_or(spp),
+            Grid::Corners => 1,
+        };
+        let paths = integrator != Integrator::Direct;
+        let adaptive = self.noise.filter(|_| paths).map(|noise| Adaptive {
+            noise,
+            most: self.max_spp.unwrap_or(1024),
+        });
+        RenderConfig {
+            integrator,
+            adaptive,
+            spp: adaptive.map_or(spp, |adaptive| adaptive.most),
+            max_depth: self.max_depth.unwrap_or(max_depth),
+            sampler: self.sampler,
+            filter: self.filter,
+            ..config
+        }
+    }
+}
+
+fn parse_integrator(text: &str) -> Result<IntegratorChoice, String> {
+    let choice = |integrator| IntegratorChoice(Some(integrator));
+    one_of(
+        text,
+        &[
+            ("auto", IntegratorChoice(None)),
+            ("direct", choice(Integrator::Direct)),
+            ("path", choice(Integrator::Path)),
+            ("ao", choice(Integrator::Ao)),
+        ],
+    )
+}
+
+fn parse_noise(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(x) if (1e-4..=1.0).contains(&x) => Ok(x),
+        _ => Err("write a number from 0.0001 to 1, such as 0.01".into()),
+    }
+}
+
+fn parse_sampler(text: &str) -> Result<SamplerKind, String> {
+    one_of(
+        text,
+        &[
+            ("sobol", SamplerKind::Sobol),
+            ("stratified", SamplerKind::Stratified),
+            ("independent", SamplerKind::Independent),
+        ],
+    )
+}
+
+fn parse_filter(text: &str) -> Result<FilterKind, String> {
+    one_of(
+        text,
+        &[
+            ("blackman-harris", FilterKind::BlackmanHarris),
+            ("gaussian", FilterKind::Gaussian),
+            ("mitchell", FilterKind::Mitchell),
+            ("box", FilterKind::Box),
+        ],
+    )
+}

@@ -1,0 +1,215 @@
+//! Adaptive sampling in passes over the whole picture. Passes end at powers of two; between them,
+//! blocks of 16×16 pixels whose noise is above the threshold, and their neighbours, are chosen
+//! from the film as it stands. The choice is a function of pixels alone, so no order of tiles or
+//! threads can show.
+//!
+//! Noise is that of Dammertz et al., "A Hierarchical Automatic Stopping Condition for Monte
+//! Carlo Global Illumination" (2010), section 2.1: the difference between all samples and the
+//! even ones, over the root of the radiance. A block's noise is the largest mean of 3×3 pixels.
+
+use super::camera::RayGenerator;
+use super::config::RenderConfig;
+use super::paths::{PathPicture, PathTile};
+use super::progress::Progress;
+use super::sums::plus;
+use super::tile::{BLOCK, Spot, View, Worker, morton_order};
+use crate::shade::RayCounts;
+use crate::shade::path::Slot;
+use crate::trace::ScratchPool;
+use rayon::prelude::*;
+use std::sync::Mutex;
+
+/// When samples are enough.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Adaptive {
+    /// The noise at which a block is left, about that of a mid-grey in its unit.
+    pub noise: f32,
+    /// No pixel gets more samples than this, rounded down to a power of two.
+    pub most: u32,
+}
+
+/// What a pixel has collected.
+#[derive(Clone, Copy, Debug, Default)]
+struct Pixel {
+    sum: [f64; 4],
+    /// Of the samples with even numbers.
+    even: [f64; 4],
+    count: u32,
+}
+
+/// A picture's pixels, row by row.
+pub struct AdaptiveFilm {
+    pixels: Vec<Pixel>,
+    width: u32,
+    height: u32,
+    pub counts: RayCounts,
+}
+
+impl AdaptiveFilm {
+    /// Returns the mean of a pixel's samples.
+    pub fn mean(&self, (x, y): (u32, u32)) -> Slot {
+        let pixel = &self.pixels[(y * self.width + x) as usize];
+        let share = 1.0 / f64::from(pixel.count.max(1));
+        pixel.sum.map(|sum| (sum * share) as f32)
+    }
+
+    /// Returns the number of a pixel's samples.
+    pub fn samples(&self, (x, y): (u32, u32)) -> u32 {
+        self.pixels[(y * self.width + x) as usize].count
+    }
+
+    /// Returns the mean number of samples.
+    pub fn mean_samples(&self) -> f64 {
+        let sum: u64 = self.pixels.iter().map(|p| u64::from(p.count)).sum();
+        sum as f64 / self.pixels.len().max(1) as f64
+    }
+}
+
+/// Renders passes until all blocks are quiet, or their pixels have the most samples.
+pub fn render_adaptively(
+    view: &View,
+    (config, adaptive): (&RenderConfig, &Adaptive),
+    picture: &PathPicture,
+    generator: &RayGenerator,
+    progress: &Progress,
+) -> AdaptiveFilm {
+    let (width, height) = (config.width, config.height);
+    let (columns, rows) = (width.div_ceil(BLOCK), height.div_ceil(BLOCK));
+    let mut film = AdaptiveFilm {
+        pixels: vec![Pixel::default(); width as usize * height as usize],
+        width,
+        height,
+        counts: RayCounts::default(),
+    };
+    let most = 1 << adaptive.most.max(1).ilog2();
+    let mut blocks: Vec<(u32, u32)> = (0..columns * rows)
+        .map(|i| (i % columns, i / columns))
+        .collect();
+    let mut range = 0..first_pass(adaptive.noise).min(most);
+    while !blocks.is_empty() && !range.is_empty() && !progress.is_cancelled() {
+        let workers = ScratchPool::<Worker>::default();
+        let counts = Mutex::new(RayCounts::default());
+        let done: Vec<Vec<(Pixel, usize)>> = blocks
+            .par_iter()
+            .with_max_len(1)
+            .map(|(column, row)| {
+                let corner = (column * BLOCK, row * BLOCK);
+                let size = (BLOCK.min(width - corner.0), BLOCK.min(height - corner.1));
+                workers.with(|worker| {
+                    let order = morton_order(size);
+                    let tile = PathTile {
+                        view,
+                        config,
+                        picture,
+                        generator,
+                        corner,
+                        order: &order,
+                        cancel: &progress.cancel,
+                    };
+                    let mut own = RayCounts::default();
+                    let place =
+                        |spot: &Spot| ((corner.1 + spot.y) * width + corner.0 + spot.x) as usize;
+                    let Worker { arena, trace } = &mut *worker;
+                    let sums = tile.sums(range.clone(), arena, trace, &mut own);
+                    let pixels = order.iter().map(|spot| {
+                        let row = spot.row as usize;
+                        let pixel = Pixel {
+                            sum: sums.all.of(row),
+                            even: sums.even.as_ref().map_or([0.0; 4], |even| even.of(row)),
+                            count: range.len() as u32,
+                        };
+                        (pixel, place(spot))
+                    });
+                    let pixels = pixels.collect();
+                    drop(sums);
+                    worker.arena.reset();
+                    counts.lock().unwrap_or_else(|e| e.into_inner()).add(&own);
+                    pixels
+                })
+            })
+            .collect();
+        for (more, place) in done.into_iter().flatten() {
+            let pixel = &mut film.pixels[place];
+            pixel.sum = plus(pixel.sum, more.sum);
+            pixel.even = plus(pixel.even, more.even);
+            pixel.count += more.count;
+        }
+        film.counts
+            .add(&counts.into_inner().unwrap_or_else(|e| e.into_inner()));
+        blocks = film.noisy_blocks(adaptive.noise, range.end);
+        range = range.end..(2 * range.end).min(most);
+    }
+    film
+}
+
+/// Returns the samples of the first pass: 64 at a noise of 0.01, as Cycles has it, so that
+/// little that is bright is missed by all of them.
+fn first_pass(noise: f32) -> u32 {
+    let samples = 16.0 / f64::from(noise).max(1e-4).powf(0.3);
+    (samples.ceil() as u32).next_power_of_two()
+}
+
+impl AdaptiveFilm {
+    /// Lists the blocks that are too noisy or beside such a block, among those that took part
+    /// in the last pass, or are called in again.
+    fn noisy_blocks(&self, threshold: f32, count: u32) -> Vec<(u32, u32)> {
+        let (columns, rows) = (self.width.div_ceil(BLOCK), self.height.div_ceil(BLOCK));
+        let noise: Vec<f64> = self.pixels.iter().map(Pixel::noise).collect();
+        let is_noisy = |column: u32, row: u32| {
+            let (x0, y0) = (column * BLOCK, row * BLOCK);
+            let ys = y0..(y0 + BLOCK).min(self.height);
+            ys.into_iter().any(|y| {
+                (x0..(x0 + BLOCK).min(self.width))
+                    .any(|x| self.mean_around(&noise, x, y) > f64::from(threshold))
+            })
+        };
+        let noisy: Vec<bool> = (0..columns * rows)
+            .map(|i| is_noisy(i % columns, i / columns))
+            .collect();
+        let at = |column: u32, row: u32| {
+            // A block that was left has fewer samples than a pass ends with; it cannot take
+            // part again without the passes that it missed.
+            let first = self.samples((column * BLOCK, row * BLOCK));
+            let near = |r: u32| {
+                (column.saturating_sub(1)..=(column + 1).min(columns - 1))
+                    .any(|c| noisy[(r * columns + c) as usize])
+            };
+            first == count && (row.saturating_sub(1)..=(row + 1).min(rows - 1)).any(near)
+        };
+        (0..columns * rows)
+            .map(|i| (i % columns, i / columns))
+            .filter(|(column, row)| at(*column, *row))
+            .collect()
+    }
+
+    /// Returns the mean noise of the pixels around one.
+    fn mean_around(&self, noise: &[f64], x: u32, y: u32) -> f64 {
+        let mut sum = 0.0;
+        let mut count = 0.0;
+        for v in y.saturating_sub(1)..=(y + 1).min(self.height - 1) {
+            for u in x.saturating_sub(1)..=(x + 1).min(self.width - 1) {
+                sum += noise[(v * self.width + u) as usize];
+                count += 1.0;
+            }
+        }
+        sum / count
+    }
+}
+
+/// Radiance below which noise counts no more for being darker.
+const DARK: f64 = 1e-3;
+
+impl Pixel {
+    fn noise(&self) -> f64 {
+        let count = f64::from(self.count);
+        let half = f64::from(self.count.div_ceil(2));
+        let differ = (0..4).map(|k| (self.sum[k] / count - self.even[k] / half).abs());
+        let radiance: f64 = self.sum[..3].iter().map(|sum| sum / count).sum();
+        // As in Cycles, above white the noise counts relative to the radiance.
+        let scale = match radiance > 1.0 {
+            true => radiance,
+            false => radiance.max(0.0).sqrt() + DARK,
+        };
+        differ.sum::<f64>() / scale
+    }
+}

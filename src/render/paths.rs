@@ -1,0 +1,220 @@
+//! Path-traced tiles: camera rays by sampler and pixel filter, one wave of paths per sample,
+//! and sums that show no order.
+
+use super::RenderConfig;
+use super::camera::RayGenerator;
+use super::config::{Backdrop, Grid, Integrator};
+use super::sums::Sums;
+use super::tile::{Spot, View};
+use crate::light::filter::Filter;
+use crate::light::sampler::Sampler;
+use crate::math::lanes::{Lanes, Words};
+use crate::plan::Kernels;
+use crate::scene::{Material, Model, Rgb, studio};
+use crate::shade::path::{Luminaires, Materials, MediaField, PathScratch, PathTracer, Seen, Slot};
+use crate::shade::{Doubles, RayCounts, STEP, Singles, Statistics};
+use crate::trace::{RayKind, ShadowCache, TraceScratch};
+use bumpalo::Bump;
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+
+/// What stands behind things in the studio: a light grey.
+const STUDIO_BACKDROP: Rgb = [0.72; 3];
+
+/// What all tiles of a path-traced picture share.
+pub struct PathPicture {
+    luminaires: Luminaires,
+    materials: Materials,
+    sampler: Sampler,
+    filter: Filter,
+    media: MediaField,
+    max_depth: u32,
+    samples: u32,
+    backdrop: Seen,
+    /// Whether some mesh has vertex normals.
+    smooth: bool,
+}
+
+impl PathPicture {
+    /// Prepares a picture, unless its integrator traces no paths.
+    pub fn new(view: &View, config: &RenderConfig) -> Option<PathPicture> {
+        let scene = &view.world.scene;
+        let made = (scene.is_dark() && view.lights.is_empty()).then(|| studio(&view.camera));
+        let environment = scene.environment.as_ref().or(made.as_ref());
+        let (luminaires, materials, max_depth) = match config.integrator {
+            Integrator::Path => (
+                Luminaires::of((scene, &view.world.instances), view.lights, environment),
+                Materials::new(&scene.materials.rows),
+                config.max_depth,
+            ),
+            // Ambient occlusion is a white world under a white sky, lit once.
+            Integrator::Ao => (
+                Luminaires::white_sky(),
+                Materials::new(&vec![white(); scene.materials.len()]),
+                1,
+            ),
+            _ => return None,
+        };
+        let samples = match config.grid {
+            Grid::Centers => config.spp,
+            Grid::Corners => 1,
+        };
+        let frame = 0;
+        let media = MediaField::of(scene, &view.world.instances, &materials, view.camera.eye);
+        let backdrop = match config.backdrop {
+            Backdrop::Color(color) => Seen::Color(color),
+            Backdrop::Transparent => Seen::Nothing,
+            // The studio's lamps are no part of the picture.
+            Backdrop::Auto if made.is_some() && config.integrator == Integrator::Path => {
+                Seen::Color(match scene.background {
+                    [0.0, 0.0, 0.0] => STUDIO_BACKDROP,
+                    background => background,
+                })
+            }
+            Backdrop::Auto => Seen::Sky,
+        };
+        Some(PathPicture {
+            luminaires,
+            smooth: !scene.meshes.normals.is_empty(),
+            backdrop,
+            media,
+            materials,
+            sampler: Sampler::new(config.sampler, config.seed, frame, samples),
+            filter: Filter::new(config.filter),
+            max_depth,
+            samples,
+        })
+    }
+}
+
+/// The matter of a clay model.
+fn white() -> Material {
+    Material {
+        model: Model::Phong {
+            diffuse: [1.0; 3],
+            specular: [0.0; 3],
+            exponent: 1.0,
+            mirror: [0.0; 3],
+        },
+        ..Material::default()
+    }
+}
+
+/// Sums of a tile's samples.
+pub struct TileSums<'b> {
+    pub all: Sums<'b>,
+    /// Those of even numbers, for adaptive sampling.
+    pub even: Option<Sums<'b>>,
+}
+
+/// A tile of the picture and what its paths are traced with.
+pub struct PathTile<'a> {
+    pub view: &'a View<'a>,
+    pub config: &'a RenderConfig,
+    pub picture: &'a PathPicture,
+    pub generator: &'a RayGenerator,
+    pub corner: (u32, u32),
+    /// The tile's pixels in the order of their packets.
+    pub order: &'a [Spot],
+    pub cancel: &'a AtomicBool,
+}
+
+impl PathTile<'_> {
+    /// Renders all samples of the tile into `slots`, one row per pixel.
+    pub fn render<'b>(
+        &self,
+        arena: &'b Bump,
+        trace: &'b mut TraceScratch,
+        slots: &mut [Slot],
+        counts: &mut RayCounts,
+    ) {
+        let sums = self.sums(0..self.picture.samples, arena, trace, counts);
+        for (pixel, slot) in slots.iter_mut().enumerate() {
+            *slot = sums.all.mean(pixel);
+        }
+    }
+
+    /// Sums the samples of a range, which is aligned to its length where their number is a power
+    /// of two.
+    pub fn sums<'b>(
+        &self,
+        samples: Range<u32>,
+        arena: &'b Bump,
+        trace: &'b mut TraceScratch,
+        counts: &mut RayCounts,
+    ) -> TileSums<'b> {
+        let picture = self.picture;
+        let tracer = PathTracer {
+            world: self.view.world,
+            kernels: Kernels {
+                ..self.view.kernels
+            },
+            luminaires: &picture.luminaires,
+            materials: &picture.materials,
+            sampler: picture.sampler,
+            max_depth: picture.max_depth,
+            media: picture.media.eye,
+            solids: picture.media.solids.as_ref(),
+            backdrop: picture.backdrop,
+            cancel: self.cancel,
+        };
+        let pixels = self.order.len();
+        let slots = arena.alloc_slice_fill_copy(pixels, [0.0_f32; 4]);
+        let adaptive = self.config.adaptive.is_some();
+        let mut sums = TileSums {
+            all: Sums::new(pixels, arena),
+            even: adaptive.then(|| Sums::new(pixels, arena)),
+        };
+        let mut cache = ShadowCache::new(self.config.shadow_cache);
+        let scratch = &mut PathScratch::new(arena, trace, picture.smooth);
+        for sample in samples {
+            let statistics = &mut Statistics {
+                counts: RayCounts::default(),
+                record: None,
+                sample,
+                pixel_of: &|row| row,
+                memory: None,
+                covered: None,
+            };
+            slots.fill([0.0, 0.0, 0.0, 1.0]);
+            self.queue_rays(sample, scratch);
+            tracer.run(scratch, sample, slots, &mut cache, statistics);
+            if self.cancel.load(Relaxed) {
+                break;
+            }
+            sums.all.add(slots);
+            match &mut sums.even {
+                Some(even) if sample % 2 == 0 => even.add(slots),
+                _ => {}
+            }
+            counts.add(&statistics.counts);
+        }
+        counts.shadow_cache += cache.counts;
+        sums
+    }
+
+    /// Queues a camera ray for each pixel, through a point that the filter chooses.
+    fn queue_rays(&self, sample: u32, scratch: &mut PathScratch) {
+        let PathPicture {
+            sampler, filter, ..
+        } = self.picture;
+        let (queue, keys) = scratch.camera_rays();
+        for some in self.order.chunks(STEP) {
+            let spots: [Spot; STEP] = std::array::from_fn(|i| some[i.min(some.len() - 1)]);
+            let at = spots.map(|spot| (self.corner.0 + spot.x, self.corner.1 + spot.y));
+            let key = at.map(|(x, y)| sampler.key(x, y));
+            let [u, v, _, _] = sampler.pad(Words::load(&key), Words::splat(sample), 0);
+            let [(dx, wx), (dy, wy)] = [u, v].map(|u: Singles| filter.offset(u));
+            let half = Doubles::splat(0.5);
+            let place = |of: fn((u32, u32)) -> u32| Doubles::load(&at.map(|p| f64::from(of(p))));
+            let across = self.generator.across(place(|p| p.0), half + dx.widen());
+            let up = self.generator.up(place(|p| p.1), half + dy.widen());
+            let rows = (1 << some.len()) - 1;
+            let rays = self.generator.through(across, up);
+            queue.push_some(rows, rays, &spots.map(|spot| spot.row));
+            queue.weigh_some(wx * wy, rows);
+            keys.extend_from_slice_copy(&key[..some.len()]);
+        }
+        queue.complete(f32::INFINITY, RayKind::Primary);
+    }
+}

@@ -1,0 +1,101 @@
+//! Surfaces of a batch's hits: hits of one primitive are collected and evaluated a step at a
+//! time.
+
+use super::columns::{STEP, gather};
+use super::hit_buffer::HitBuffer;
+use super::interaction::InteractionPart;
+use super::ray_queue::RayQueue;
+use crate::accel::World;
+use crate::plan::Precision;
+use crate::trace::HitId;
+use std::ops::Range;
+
+/// Evaluates the surfaces of a batch's hits, up to [`STEP`] hits of one interaction at a
+/// time.
+pub(super) fn fill_hit_buffer(
+    (world, precision): (&World, Precision),
+    (queue, rays): (&RayQueue, Range<usize>),
+    (t, instance, primitive): (&[f64], &[u64], &[u32]),
+    buffer: &mut HitBuffer,
+) {
+    let met = |row: &usize| instance[*row] != HitId::NONE.instance;
+    buffer.start((0..rays.len()).filter(met).count());
+    let mut open: [Option<PendingHits>; OPEN_SITES] = [const { None }; OPEN_SITES];
+    let mut oldest = 0;
+    for (hit, row) in (0..rays.len()).filter(met).enumerate() {
+        let id = HitId {
+            instance: instance[row],
+            primitive: primitive[row],
+        };
+        let has =
+            |pending: &Option<PendingHits>| pending.as_ref().is_some_and(|b| b.interaction.has(id));
+        let at = open.iter().position(has).unwrap_or_else(|| {
+            let interaction = InteractionPart::of(world, precision, id);
+            if let Some(pending) = open[oldest].replace(PendingHits::new(interaction)) {
+                pending.flush(queue, rays.start, (t, primitive), buffer);
+            }
+            oldest = (oldest + 1) % OPEN_SITES;
+            (oldest + OPEN_SITES - 1) % OPEN_SITES
+        });
+        let Some(pending) = &mut open[at] else {
+            continue;
+        };
+        buffer.row[hit] = (rays.start + row) as u32;
+        buffer.material[hit] = pending.interaction.material(id.primitive);
+        pending.hits[pending.len] = hit as u32;
+        pending.len += 1;
+        if pending.len == STEP {
+            pending.flush(queue, rays.start, (t, primitive), buffer);
+            pending.len = 0;
+        }
+    }
+    for pending in open.iter().flatten() {
+        pending.flush(queue, rays.start, (t, primitive), buffer);
+    }
+    buffer.finish();
+}
+
+/// Number of sites whose hits are collected at the same time.
+const OPEN_SITES: usize = 4;
+
+/// Hits of one interaction, collected until they fill a step.
+struct PendingHits<'w> {
+    interaction: InteractionPart<'w>,
+    hits: [u32; STEP],
+    len: usize,
+}
+
+impl<'w> PendingHits<'w> {
+    fn new(interaction: InteractionPart<'w>) -> PendingHits<'w> {
+        PendingHits {
+            interaction,
+            hits: [0; STEP],
+            len: 0,
+        }
+    }
+
+    /// Evaluates the collected hits. `t` and `primitive` hold the rays from `first` on.
+    fn flush(
+        &self,
+        queue: &RayQueue,
+        first: usize,
+        (t, primitive): (&[f64], &[u32]),
+        buffer: &mut HitBuffer,
+    ) {
+        let Some(last) = self.len.checked_sub(1) else {
+            return;
+        };
+        let hits: [u32; STEP] = std::array::from_fn(|i| self.hits[i.min(last)]);
+        let rays = hits.map(|hit| buffer.row[hit as usize]);
+        let (org, dir) = queue.gather(&rays);
+        let rows = rays.map(|ray| ray - first as u32);
+        let primitives = rows.map(|row| primitive[row as usize]);
+        let t = gather(t, &rows);
+        let surfaces = self.interaction.surfaces((org, dir), t, &primitives);
+        buffer.set(&hits, &surfaces, dir);
+        if buffer.wants_lift && self.interaction.is_smooth() {
+            let lift = self.interaction.lift(&surfaces, &primitives);
+            buffer.lift.scatter(&hits, lift);
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! Light that paths run into: the sky, and bodies that shine, weighed against the light
+//! sampling that could have found them.
+
+use super::state::Paths;
+use super::{PathTracer, Seen, Slot, share};
+use crate::math::lanes::Lanes;
+use crate::math::{Vec3, units};
+use crate::shade::columns::{STEP, Singles};
+use crate::shade::hit_buffer::HitBuffer;
+use crate::trace::HitId;
+
+impl PathTracer<'_> {
+    /// Adds the sky to the slots of paths whose rays meet nothing.
+    pub(super) fn add_sky(
+        &self,
+        wave: &Paths,
+        (depth, instance): (u32, &[u64]),
+        slots: &mut [Slot],
+    ) {
+        let mut rows = [0; STEP];
+        let mut count = 0;
+        for (ray, id) in instance.iter().enumerate() {
+            if *id == HitId::NONE.instance {
+                rows[count] = ray as u32;
+                count += 1;
+            }
+            if count == STEP {
+                self.add_sky_to(wave, depth, &rows, count, slots);
+                count = 0;
+            }
+        }
+        if count > 0 {
+            let last = rows[count - 1];
+            rows[count..].fill(last);
+            self.add_sky_to(wave, depth, &rows, count, slots);
+        }
+    }
+
+    fn add_sky_to(
+        &self,
+        wave: &Paths,
+        depth: u32,
+        rows: &[u32; STEP],
+        count: usize,
+        slots: &mut [Slot],
+    ) {
+        let weight = wave.rays.weight.gather(rows);
+        let (radiance, part) = match self.backdrop {
+            Seen::Color(color) if depth == 0 => (color.map(Singles::splat), Singles::splat(1.0)),
+            Seen::Nothing if depth == 0 => {
+                for ray in &rows[..count] {
+                    slots[wave.rays.pixel[*ray as usize] as usize][3] = 0.0;
+                }
+                return;
+            }
+            _ => {
+                let (org, dir) = wave.rays.gather(rows);
+                let dir: Vec3<Singles> = narrow(units(dir));
+                let normal = wave.normal.gather(rows);
+                let emitters = &self.luminaires.emitters;
+                let (radiance, other) = emitters.sky(dir, org, normal);
+                let own = Singles::load(&rows.map(|ray| wave.pdf[ray as usize]));
+                (radiance, share(own, other))
+            }
+        };
+        let [r, g, b] = radiance;
+        let sums = [weight.x * r, weight.y * g, weight.z * b].map(|c| (c * part).to_array());
+        for (i, ray) in rows.iter().enumerate().take(count) {
+            let slot = &mut slots[wave.rays.pixel[*ray as usize] as usize];
+            for k in 0..3 {
+                slot[k] += sums[k][i];
+            }
+        }
+    }
+
+    /// Adds the radiance of the hit surfaces that shine.
+    pub(super) fn add_emission(
+        &self,
+        wave: &Paths,
+        (depth, instance, primitive): (u32, &[u64], &[u32]),
+        buffer: &HitBuffer,
+        slots: &mut [Slot],
+    ) {
+        if !self.materials.any_shines {
+            return;
+        }
+        for hit in 0..buffer.len() {
+            let look = &self.materials.rows[self.materials.number(buffer.material[hit]) as usize];
+            let Some(radiance) = look.shine() else {
+                continue;
+            };
+            let ray = buffer.row[hit] as usize;
+            let own = wave.pdf[ray];
+            let mut part = 1.0;
+            if depth > 0 && own < f32::MAX && !look.material.layers.unlit {
+                let point = buffer.point.get(hit);
+                let emitter = self
+                    .luminaires
+                    .emitter_at(instance[ray], primitive[ray], point);
+                let org = Vec3::<f64>::from(glam::DVec3::from_array(wave.rays.org(ray)));
+                let [nx, ny, nz] = wave.normal.row(ray);
+                let other = self.luminaires.emitters.pdf::<f32>(
+                    [emitter],
+                    org,
+                    Vec3::new(nx, ny, nz),
+                    Vec3::<f64>::from(point) - org,
+                );
+                part = share(own, other);
+            }
+            let weight = wave.rays.weight.row(ray);
+            let slot = &mut slots[wave.rays.pixel[ray] as usize];
+            for k in 0..3 {
+                slot[k] += weight[k] * radiance[k] * part;
+            }
+        }
+    }
+
+    /// Takes from all paths what the media on their way absorb (Beer and Lambert).
+    pub(super) fn absorb(&self, wave: &mut Paths, buffer: &HitBuffer) {
+        for hit in 0..buffer.len() {
+            let ray = buffer.row[hit] as usize;
+            let Some(medium) = self.materials.innermost(&wave.media[ray]) else {
+                continue;
+            };
+            let absorption = self.materials.rows[medium as usize].absorption;
+            if absorption == [0.0; 3] {
+                continue;
+            }
+            let way = buffer.point.get(hit) - glam::DVec3::from_array(wave.rays.org(ray));
+            let way = way.length() as f32;
+            let weight = wave.rays.weight.row(ray);
+            let left = |k: usize| weight[k] * libm::expf(-absorption[k] * way);
+            wave.rays.weight.set(ray, [left(0), left(1), left(2)]);
+        }
+    }
+}
+
+/// Rounds directions to f32.
+#[inline(always)]
+pub(super) fn narrow<L: Lanes<Scalar = f32>>(v: Vec3<L::Double>) -> Vec3<L> {
+    Vec3::new(L::narrow(v.x), L::narrow(v.y), L::narrow(v.z))
+}

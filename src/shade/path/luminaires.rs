@@ -1,0 +1,240 @@
+//! What shines in a scene: its lights, its sky, and the bodies of emissive materials, laid out
+//! for light sampling, with the way back from a hit to the emitter that it lies on.
+
+use crate::light::emitter::{Body, Emitter, Emitters};
+use crate::math::Affine;
+use crate::scene::{Environment, Instances, Light, Material, MaterialId, Mesh, Rgb, Shape, Tables};
+use glam::DVec3;
+use std::collections::HashMap;
+
+/// Bodies of more triangles than this are found by scattered rays alone.
+const MOST_EMITTERS: usize = 4_000_000;
+
+/// Scales along two directions differ by less than this where a ball stays a ball.
+const BALL: f64 = 1e-12;
+
+/// The lights, sky and luminous bodies of a scene.
+#[derive(Debug)]
+pub struct Luminaires {
+    pub emitters: Emitters,
+    owners: HashMap<u64, Owner>,
+    /// Number of luminous instances that light sampling cannot aim at: solids of other kinds
+    /// than spheres, polygons and meshes. Scattered rays find them.
+    pub unsampled: u64,
+}
+
+/// The emitters of an instance.
+#[derive(Clone, Debug)]
+enum Owner {
+    One(u32),
+    /// By triangle of the mesh; `u32::MAX` for those that do not shine.
+    Triangles(Vec<u32>),
+    /// Parts of a polygon: the first emitter, and the corners of each.
+    Fan(u32, Vec<[DVec3; 3]>),
+}
+
+impl Luminaires {
+    /// Lists what shines: `lights` and `environment` beside the scene's bodies.
+    pub fn of(
+        (scene, instances): (&Tables, &Instances),
+        lights: &[Light],
+        environment: Option<&Environment>,
+    ) -> Luminaires {
+        let mut all = Gathered::default();
+        all.rows.extend(lights.iter().map(Emitter::from));
+        let shines = |material: &Material| material.emission != [0.0; 3];
+        let materials = &scene.materials.rows;
+        if materials.iter().any(shines) && instances.check_enumerable().is_ok() {
+            for (id, instance) in instances.iter(scene).enumerate() {
+                let shape = scene.shapes.row(instance.shape);
+                let place = &instance.world_from_object;
+                all.add_instance(scene, id as u64, (shape, place), instance.material);
+            }
+        }
+        Luminaires {
+            emitters: Emitters::new(all.rows, environment, scene.background),
+            owners: all.owners,
+            unsampled: all.unsampled,
+        }
+    }
+
+    /// Returns a sky of radiance 1 and nothing else.
+    pub fn white_sky() -> Luminaires {
+        Luminaires {
+            emitters: Emitters::new(Vec::new(), None, [1.0; 3]),
+            owners: HashMap::new(),
+            unsampled: 0,
+        }
+    }
+
+    /// Returns the emitter that a hit lies on, `u32::MAX` if light sampling has none there.
+    pub fn emitter_at(&self, instance: u64, primitive: u32, point: DVec3) -> u32 {
+        match self.owners.get(&instance) {
+            None => u32::MAX,
+            Some(Owner::One(emitter)) => *emitter,
+            Some(Owner::Triangles(of)) => of.get(primitive as usize).map_or(u32::MAX, |e| *e),
+            Some(Owner::Fan(first, parts)) => (*first..)
+                .zip(parts)
+                .max_by(|a, b| depth_in(a.1, point).total_cmp(&depth_in(b.1, point)))
+                .map_or(u32::MAX, |(emitter, _)| emitter),
+        }
+    }
+}
+
+/// Returns the least barycentric coordinate of a point in a triangle.
+fn depth_in([a, b, c]: &[DVec3; 3], point: DVec3) -> f64 {
+    let n = (b - a).cross(c - a);
+    let area = |p: &DVec3, q: &DVec3| (p - point).cross(q - point).dot(n);
+    area(a, b).min(area(b, c)).min(area(c, a)) / n.length_squared()
+}
+
+#[derive(Default)]
+struct Gathered {
+    rows: Vec<Emitter>,
+    owners: HashMap<u64, Owner>,
+    unsampled: u64,
+}
+
+impl Gathered {
+    fn add_instance(
+        &mut self,
+        scene: &Tables,
+        id: u64,
+        (shape, place): (Shape, &Affine),
+        material: Option<MaterialId>,
+    ) {
+        let emission = |id: Option<MaterialId>| {
+            id.map_or([0.0; 3], |id| scene.materials.rows[id.index()].emission)
+        };
+        let own = emission(material);
+        let first = self.rows.len() as u32;
+        match shape {
+            Shape::Mesh(mesh) => {
+                let mesh = scene.meshes.row(mesh);
+                let of = |triangle: u32| emission(material.or_else(|| mesh.material(triangle)));
+                self.add_mesh(&mesh, id, place, of);
+            }
+            _ if own == [0.0; 3] && !matches!(shape, Shape::Csg(_)) => {}
+            Shape::Sphere(row) => {
+                let sphere = scene.spheres.row(row);
+                match scale_of(place) {
+                    Some(scale) => {
+                        self.push(
+                            Body::Sphere {
+                                center: at(place, sphere.center),
+                                radius: sphere.radius * scale,
+                            },
+                            own,
+                        );
+                        self.owners.insert(id, Owner::One(first));
+                    }
+                    None => self.unsampled += 1,
+                }
+            }
+            Shape::Polygon(row) => {
+                let points = scene.polygons.row(row).points;
+                self.add_polygon(id, points, place, own);
+            }
+            Shape::Csg(row) => {
+                let parts = scene.csg.operands(row).iter();
+                let mut parts = parts.map(|part| emission(part.material));
+                let shines = own != [0.0; 3] || parts.any(|part| part != [0.0; 3]);
+                self.unsampled += u64::from(shines);
+            }
+            _ => self.unsampled += 1,
+        }
+    }
+
+    fn add_mesh(&mut self, mesh: &Mesh, id: u64, place: &Affine, of: impl Fn(u32) -> Rgb) {
+        let count = mesh.triangles.len() as u32;
+        if !(0..count).any(|triangle| of(triangle) != [0.0; 3]) {
+            return;
+        }
+        if self.rows.len() + count as usize > MOST_EMITTERS {
+            self.unsampled += 1;
+            return;
+        }
+        let corner = |vertex: u32| {
+            let about = mesh.positions[vertex as usize].map(f64::from);
+            at(place, DVec3::from_array(about) + mesh.center)
+        };
+        let mut emitters = vec![u32::MAX; count as usize];
+        for (triangle, emitter) in emitters.iter_mut().enumerate() {
+            let radiance = of(triangle as u32);
+            let corners = mesh.triangles[triangle].map(corner);
+            if radiance != [0.0; 3] && has_area(corners) {
+                *emitter = self.rows.len() as u32;
+                self.push(Body::Triangle(corners), radiance);
+            }
+        }
+        self.owners.insert(id, Owner::Triangles(emitters));
+    }
+
+    fn add_polygon(&mut self, id: u64, points: &[DVec3], place: &Affine, radiance: Rgb) {
+        let first = self.rows.len() as u32;
+        let corner = |i: usize| at(place, points[i]);
+        if let &[a, b, c, d] = points {
+            let [a, b, c, d] = [a, b, c, d].map(|p| at(place, p));
+            let (u, v) = (b - a, d - a);
+            let size = u.length() * v.length();
+            let is_rectangle =
+                (a + u + v - c).length() <= BALL * size.sqrt() && u.dot(v).abs() <= BALL * size;
+            if is_rectangle {
+                self.push(Body::Rectangle { corner: a, u, v }, radiance);
+                self.owners.insert(id, Owner::One(first));
+                return;
+            }
+        }
+        if !is_convex(points) {
+            self.unsampled += 1;
+            return;
+        }
+        let parts = (1..points.len() - 1).map(|i| [corner(0), corner(i), corner(i + 1)]);
+        let parts: Vec<[DVec3; 3]> = parts.filter(|corners| has_area(*corners)).collect();
+        for corners in &parts {
+            self.push(Body::Triangle(*corners), radiance);
+        }
+        self.owners.insert(id, Owner::Fan(first, parts));
+    }
+
+    fn push(&mut self, body: Body, radiance: Rgb) {
+        self.rows.push(Emitter {
+            body,
+            light: radiance,
+        });
+    }
+}
+
+fn at(place: &Affine, p: DVec3) -> DVec3 {
+    DVec3::from_array(place.point(p.to_array()))
+}
+
+/// Returns the factor of all lengths of a map that keeps angles, else nothing.
+fn scale_of(place: &Affine) -> Option<f64> {
+    let columns: [DVec3; 3] = std::array::from_fn(|k| {
+        let mut axis = [0.0; 3];
+        axis[k] = 1.0;
+        DVec3::from_array(place.vector(axis))
+    });
+    let [x, y, z] = columns;
+    let scale = x.length();
+    let same = |v: DVec3| (v.length() - scale).abs() <= BALL * scale;
+    let right = |u: DVec3, v: DVec3| u.dot(v).abs() <= BALL * scale * scale;
+    (same(y) && same(z) && right(x, y) && right(y, z) && right(z, x)).then_some(scale)
+}
+
+fn has_area([a, b, c]: [DVec3; 3]) -> bool {
+    let area = (b - a).cross(c - a).length_squared();
+    area > 0.0 && area.is_finite()
+}
+
+/// Says whether a polygon turns one way at all its corners.
+fn is_convex(points: &[DVec3]) -> bool {
+    let n = points.len();
+    let turn = |i: usize| {
+        let [a, b, c] = [i, (i + 1) % n, (i + 2) % n].map(|i| points[i]);
+        (b - a).cross(c - b)
+    };
+    let normal = (0..n).map(turn).sum::<DVec3>();
+    (0..n).all(|i| turn(i).dot(normal) >= 0.0)
+}

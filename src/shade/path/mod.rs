@@ -1,0 +1,359 @@
+//! The path tracer: a path a ray and bounce, with light sampling at every hit and multiple
+//! importance sampling between the two (Veach 1997).
+//!
+//! Paths go on in waves: the rays of one sample of a tile are traced together, shaded by
+//! material in lanes, and those that are scattered make up the next wave. Every random number
+//! is a function of (seed, frame, pixel, sample, dimension), and what a path finds goes to its
+//! own slot, so no order of rays, tiles, threads or lanes can show.
+
+mod emission;
+mod hit_columns;
+mod luminaires;
+mod media;
+mod scatter;
+mod shadows;
+mod state;
+
+pub use luminaires::Luminaires;
+pub use media::MediaField;
+pub use state::Media;
+
+use super::columns::STEP;
+use super::hit_buffer::HitBuffer;
+use super::hits::fill_hit_buffer;
+use super::ray_queue::{BATCH, RayQueue};
+use super::statistics::{Statistics, count_rays};
+use crate::accel::World;
+use crate::light::bsdf::Bsdf;
+use crate::light::sampler::Sampler;
+use crate::plan::Kernels;
+use crate::scene::{Material, MaterialId, Rgb};
+use crate::trace::{RayKind, ShadowCache, Solids, TraceScratch};
+use bumpalo::Bump;
+use bumpalo::collections::Vec as ArenaVec;
+use glam::DVec3;
+use hit_columns::HitColumns;
+use shadows::LightRays;
+use state::Paths;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+
+/// What the path tracer needs to know of each material, and of all of them together.
+#[derive(Debug)]
+pub struct Materials {
+    /// By material, and last that of surfaces without one.
+    rows: Vec<Look>,
+    /// True if light inside some material is bent, absorbed or both.
+    has_media: bool,
+    /// True if some material shines.
+    any_shines: bool,
+    /// True if shadow rays may pass some surface.
+    has_holes: bool,
+}
+
+/// A material as the path tracer reads it.
+#[derive(Debug)]
+struct Look {
+    material: Material,
+    bsdf: Bsdf,
+    /// Absorption inside, per world unit.
+    absorption: Rgb,
+}
+
+impl Materials {
+    /// Prepares a scene's materials.
+    pub fn new(rows: &[Material]) -> Materials {
+        let all = rows.iter().copied().chain([Material::default()]);
+        let rows: Vec<Look> = all.map(Look::new).collect();
+        Materials {
+            any_shines: rows.iter().any(|look| look.shine().is_some()),
+            has_media: rows.iter().any(Look::has_medium),
+            has_holes: rows.iter().any(Look::lets_shadow_rays_pass),
+            rows,
+        }
+    }
+
+    /// Returns the medium that is there where several overlap: the one of the highest priority,
+    /// of the highest number among equals.
+    fn innermost(&self, media: &Media) -> Option<u32> {
+        let priority = |m: &u32| (self.rows[*m as usize].material.layers.priority, *m);
+        media.iter().max_by_key(priority)
+    }
+
+    /// Returns the index of refraction of a medium, 1 without one.
+    fn index(&self, medium: Option<u32>) -> f32 {
+        medium.map_or(1.0, |m| self.rows[m as usize].material.ior)
+    }
+
+    /// Says whether light inside some material is bent or absorbed.
+    pub fn has_media(&self) -> bool {
+        self.has_media
+    }
+
+    /// Says whether a surface of this material bounds a medium.
+    pub fn bounds_medium(&self, id: Option<MaterialId>) -> bool {
+        self.rows[self.number(id) as usize].has_medium()
+    }
+
+    /// Lists the media around a point: those of the solids that contain it.
+    pub fn media_at(&self, solids: &Solids, point: DVec3, trace: &mut TraceScratch) -> Media {
+        let mut media = Media::default();
+        for span in solids.spans(point, DVec3::Y, trace).rows {
+            let around = span.t_enter() <= 0.0 && span.t_exit() > 0.0;
+            let Some(end) = span.exit.or(span.enter).filter(|_| around) else {
+                continue;
+            };
+            if self.bounds_medium(end.material) {
+                media.enter(self.number(end.material));
+            }
+        }
+        media
+    }
+
+    #[inline(always)]
+    fn number(&self, id: Option<MaterialId>) -> u32 {
+        id.map_or(self.rows.len() as u32 - 1, |id| id.index() as u32)
+    }
+}
+
+impl Look {
+    fn new(material: Material) -> Look {
+        let layers = &material.layers;
+        let absorb = |c: f32| -c.max(1e-6).ln() / layers.attenuation_distance;
+        Look {
+            bsdf: Bsdf::new(&material),
+            absorption: layers.attenuation_color.map(absorb),
+            material,
+        }
+    }
+
+    /// Returns the radiance of the surface itself, if it shines.
+    fn shine(&self) -> Option<Rgb> {
+        let unlit = self.material.layers.unlit;
+        let shown = |k: usize| {
+            self.material.emission[k]
+                + if unlit {
+                    self.material.base_color[k]
+                } else {
+                    0.0
+                }
+        };
+        let radiance = [shown(0), shown(1), shown(2)];
+        (radiance != [0.0; 3]).then_some(radiance)
+    }
+
+    /// Says whether the material bounds a medium of its own.
+    fn has_medium(&self) -> bool {
+        self.material.transmission > 0.0 && !self.material.layers.thin_walled
+    }
+
+    fn lets_shadow_rays_pass(&self) -> bool {
+        let layers = &self.material.layers;
+        let is_pane = self.material.transmission > 0.0 && layers.thin_walled;
+        layers.opacity < 1.0 || is_pane && self.bsdf.only_delta
+    }
+}
+
+/// What camera rays see where they meet nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Seen {
+    /// The environment or background that lights the scene.
+    Sky,
+    Color(Rgb),
+    /// Nothing, which the slots' last number tells of.
+    Nothing,
+}
+
+/// Buffers of a path tracer: columns in the worker's arena, allocated once per tile and reused
+/// by every wave, and the worker's scratch for queries.
+pub struct PathScratch<'b> {
+    waves: [Paths<'b>; 2],
+    hits: HitColumns<'b>,
+    buffer: HitBuffer<'b>,
+    /// Rows of the hit buffer, sorted by material.
+    order: ArenaVec<'b, u32>,
+    /// First place in `order` of each material's hits.
+    starts: ArenaVec<'b, u32>,
+    lights: LightRays<'b>,
+    trace: &'b mut TraceScratch,
+}
+
+impl<'b> PathScratch<'b> {
+    /// `smooth` says whether the scene has meshes with vertex normals.
+    pub fn new(arena: &'b Bump, trace: &'b mut TraceScratch, smooth: bool) -> PathScratch<'b> {
+        let mut buffer = HitBuffer::with_capacity(BATCH, arena);
+        buffer.wants_lift = smooth;
+        PathScratch {
+            waves: std::array::from_fn(|_| Paths::new(arena)),
+            hits: HitColumns::new(arena),
+            buffer,
+            order: ArenaVec::with_capacity_in(BATCH, arena),
+            starts: ArenaVec::new_in(arena),
+            lights: LightRays::new(arena),
+            trace,
+        }
+    }
+
+    /// Returns the emptied queue to fill with at most [`BATCH`] camera rays, one a pixel, and
+    /// the column for the keys of their pixels.
+    pub fn camera_rays(&mut self) -> (&mut RayQueue<'b>, &mut ArenaVec<'b, u32>) {
+        let first = &mut self.waves[0];
+        first.clear();
+        (&mut first.rays, &mut first.key)
+    }
+}
+
+/// A path tracer of one picture.
+pub struct PathTracer<'w> {
+    pub world: &'w World,
+    pub kernels: Kernels,
+    pub luminaires: &'w Luminaires,
+    pub materials: &'w Materials,
+    pub sampler: Sampler,
+    /// The maximum number of times that a path is scattered.
+    pub max_depth: u32,
+    /// The media around the eye.
+    pub media: Media,
+    /// Where media touch or overlap: the scene's solids, which tell exactly which are where.
+    pub solids: Option<&'w Solids>,
+    /// What camera rays see where they meet nothing.
+    pub backdrop: Seen,
+    /// Cancellation flag, read before every wave.
+    pub cancel: &'w AtomicBool,
+}
+
+/// What a pixel gets of one path: radiance, and whether its camera ray met something.
+pub type Slot = [f32; 4];
+
+/// Paths that are scattered this often take part in Russian roulette.
+const ROULETTE_DEPTH: u32 = 3;
+
+/// The highest probability of survival in Russian roulette.
+const SURVIVAL: f32 = 0.95;
+
+impl PathTracer<'_> {
+    /// Adds the radiance of the camera rays in `scratch` to `slots`, one row per pixel of the
+    /// tile. `sample` is the number of their sample.
+    pub fn run(
+        &self,
+        scratch: &mut PathScratch,
+        sample: u32,
+        slots: &mut [Slot],
+        cache: &mut ShadowCache,
+        statistics: &mut Statistics,
+    ) {
+        scratch.waves[0].begin(self.media);
+        for depth in 0..=self.max_depth {
+            if scratch.waves[0].rays.is_empty() || self.cancel.load(Relaxed) {
+                return;
+            }
+            scratch.waves[1].clear();
+            self.wave((sample, depth), scratch, slots, cache, statistics);
+            scratch.waves.swap(0, 1);
+        }
+    }
+
+    /// Traces and shades the rays of a depth, and queues those of the next.
+    fn wave(
+        &self,
+        (sample, depth): (u32, u32),
+        scratch: &mut PathScratch,
+        slots: &mut [Slot],
+        cache: &mut ShadowCache,
+        statistics: &mut Statistics,
+    ) {
+        let [wave, next] = &mut scratch.waves;
+        let count = wave.rays.len();
+        let hits = &mut scratch.hits;
+        hits.closest((self.world, &self.kernels), &mut wave.rays, scratch.trace);
+        let (t, instance, primitive) = (&hits.t, &hits.instance, &hits.primitive);
+        count_rays(&wave.rays.kind, &instance[..count], depth, statistics);
+        let buffer = &mut scratch.buffer;
+        fill_hit_buffer(
+            (self.world, self.kernels.precision),
+            (&wave.rays, 0..count),
+            (t, instance, primitive),
+            buffer,
+        );
+        if self.materials.has_media {
+            self.absorb(wave, buffer);
+        }
+        self.add_sky(wave, (depth, &instance[..count]), slots);
+        self.add_emission(wave, (depth, instance, primitive), buffer, slots);
+        if depth == self.max_depth {
+            return;
+        }
+        self.sort_by_material(buffer, &mut scratch.order, &mut scratch.starts);
+        scratch.lights.clear();
+        let mut first = 0;
+        while first < scratch.order.len() {
+            let material = buffer.material[scratch.order[first] as usize];
+            let rest = scratch.order[first..].iter().take(STEP);
+            let same = rest.take_while(|hit| buffer.material[**hit as usize] == material);
+            let same = same.count();
+            let hits: [u32; STEP] = std::array::from_fn(|i| scratch.order[first + i.min(same - 1)]);
+            self.scatter(
+                (sample, depth),
+                (wave, buffer),
+                (&hits, same, self.materials.number(material)),
+                (next, &mut scratch.lights),
+                scratch.trace,
+            );
+            first += same;
+        }
+        next.rays.complete(f32::INFINITY, RayKind::Reflection);
+        self.add_light(
+            &mut scratch.lights,
+            (&mut scratch.hits, &mut scratch.buffer),
+            slots,
+            (cache, scratch.trace),
+            statistics,
+        );
+    }
+
+    /// Sorts the hits of a batch by material, and those of a material by row.
+    fn sort_by_material(
+        &self,
+        buffer: &HitBuffer,
+        order: &mut ArenaVec<u32>,
+        starts: &mut ArenaVec<u32>,
+    ) {
+        let hits = buffer.len() as u32;
+        order.clear();
+        let number = |hit: u32| self.materials.number(buffer.material[hit as usize]);
+        if (1..hits).all(|hit| buffer.material[hit as usize] == buffer.material[0]) {
+            order.extend(0..hits);
+            return;
+        }
+        if self.materials.rows.len() > BATCH {
+            order.extend(0..hits);
+            order.sort_unstable_by_key(|hit| (number(*hit), *hit));
+            return;
+        }
+        starts.clear();
+        starts.resize(self.materials.rows.len() + 1, 0);
+        for hit in 0..hits {
+            starts[number(hit) as usize + 1] += 1;
+        }
+        for row in 1..starts.len() {
+            starts[row] += starts[row - 1];
+        }
+        order.resize(hits as usize, 0);
+        for hit in 0..hits {
+            let start = &mut starts[number(hit) as usize];
+            order[*start as usize] = hit;
+            *start += 1;
+        }
+    }
+}
+
+/// Returns the share of a way of sampling under the power heuristic (Veach 1997, section
+/// 9.2.4): its squared density over the sum of its own and the other's. Under a large lamp the
+/// balance heuristic has nearly twice the variance. An infinite density is that of a mirror,
+/// which no other competes with.
+#[inline(always)]
+fn share<L: crate::math::lanes::Lanes<Scalar = f32>>(own: L, other: L) -> L {
+    let one = L::splat(1.0);
+    let ratio = other / own;
+    let share = one / (one + ratio * ratio);
+    L::select(own.lt(L::splat(f32::MAX)), share, one)
+}

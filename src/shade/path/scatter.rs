@@ -1,0 +1,399 @@
+//! What a path does at a surface: it aims at a light, and goes on.
+
+use super::emission::narrow;
+use super::shadows::{BODY_END, LightRays};
+use super::state::{Media, Paths};
+use super::{Look, PathTracer, ROULETTE_DEPTH, SURVIVAL, share};
+use crate::light::bsdf::Sampled;
+use crate::light::sampling::Frame;
+use crate::math::lanes::{Lanes, Mask, Words};
+use crate::math::{Vec3, units};
+use crate::shade::columns::{Doubles, STEP, Singles, gather, keep};
+use crate::shade::hit_buffer::HitBuffer;
+use crate::trace::{RayKind, TraceScratch};
+
+type SingleMask = <Singles as Lanes>::Mask;
+type DoubleMask = <Doubles as Lanes>::Mask;
+
+/// Hits of one material, a step of them.
+struct Spot {
+    /// Rows of the hit buffer and of the wave, in increasing order; the last may repeat.
+    hits: [u32; STEP],
+    rays: [u32; STEP],
+    /// The lanes that are not repeated.
+    lanes: u32,
+    point: Vec3<Doubles>,
+    /// The point, lifted off the facet of a smooth mesh: where scattered rays and rays towards
+    /// light start, so that facets throw no shadows on their neighbours.
+    lifted: Vec3<Doubles>,
+    /// Lanes whose facet stands for a curved surface: what its shading normal faces is above it.
+    curved: u32,
+    ng: Vec3<Doubles>,
+    /// The geometric normal on the ray's side.
+    facing: Vec3<Doubles>,
+    /// The shading normal, on the ray's side and not facing away from the ray.
+    ns: Vec3<Doubles>,
+    /// Where the ray came from, unit.
+    out: Vec3<Doubles>,
+    frame: Frame<Singles>,
+    out_local: Vec3<Singles>,
+    throughput: Vec3<Singles>,
+    /// Index of refraction on the far side over that on the ray's side.
+    eta: Singles,
+    /// The media on the far side.
+    behind: [Media; STEP],
+}
+
+impl PathTracer<'_> {
+    /// Scatters up to [`STEP`] hits of the material of a number: queues a ray towards a light
+    /// for each, and the ray that the path goes on with.
+    pub(super) fn scatter(
+        &self,
+        (sample, depth): (u32, u32),
+        (wave, buffer): (&Paths, &HitBuffer),
+        (hits, count, number): (&[u32; STEP], usize, u32),
+        (next, lights): (&mut Paths, &mut LightRays),
+        trace: &mut TraceScratch,
+    ) {
+        let look = &self.materials.rows[number as usize];
+        if look.material.layers.unlit || look.bsdf.is_black {
+            return;
+        }
+        let mut spot = Spot::new((wave, buffer), hits, count);
+        if buffer.wants_lift && !look.bsdf.transmits {
+            let bent = !spot.ns.dot(spot.facing).gt(Doubles::splat(1.0 - 1e-12));
+            spot.curved = bent.bits() & spot.lanes;
+        }
+        let keys = Words::load(&spot.rays.map(|ray| wave.key[ray as usize]));
+        let mut passing = 0;
+        if look.has_medium() {
+            passing = self.enter_media(&mut spot, wave, (buffer, number), trace);
+        }
+        let [u, v, mut lobe, roulette]: [Singles; 4] =
+            self.sampler.pad(keys, Words::splat(sample), 2 + 2 * depth);
+        let opacity = look.material.layers.opacity;
+        if opacity < 1.0 {
+            let opacity = Singles::splat(opacity);
+            passing |= lobe.ge(opacity).bits() & spot.lanes;
+            // The rest of the number is as good as new.
+            lobe = (lobe / opacity).min(Singles::splat(1.0 - f32::EPSILON));
+        }
+        if passing != 0 {
+            self.pass(wave, buffer, &spot, passing, next);
+            spot.lanes &= !passing;
+            if spot.lanes == 0 {
+                return;
+            }
+        }
+        if !look.bsdf.only_delta && !self.luminaires.emitters.is_empty() {
+            let numbers = self.sampler.pad(keys, Words::splat(sample), 3 + 2 * depth);
+            self.aim(wave, look, &spot, numbers, (buffer, lights));
+        }
+        let looks = look.bsdf.looks();
+        let sampled = look
+            .bsdf
+            .sample(&looks, spot.eta, spot.out_local, [u, v], lobe);
+        self.go_on(
+            (wave, buffer),
+            (look, depth),
+            &spot,
+            (&sampled, roulette),
+            next,
+        );
+    }
+
+    /// Queues the rays towards a light.
+    fn aim(
+        &self,
+        wave: &Paths,
+        look: &Look,
+        spot: &Spot,
+        [u, v, pick, _]: [Singles; 4],
+        (buffer, lights): (&HitBuffer, &mut LightRays),
+    ) {
+        let transmits = look.bsdf.transmits;
+        let normal = light_normal(look, spot.ns);
+        let active = SingleMask::from_bits(spot.lanes);
+        // Where a reflected ray would start: the density of what it meets is asked for there.
+        let offset: Doubles = gather(&buffer.offset, &spot.hits);
+        let start = spot.leave(spot.lanes, spot.curved, offset);
+        let light = self
+            .luminaires
+            .emitters
+            .sample(start, normal, active, pick, [u, v]);
+        let into = spot.frame.local_from_world(narrow(units(light.dir)));
+        let zero = Doubles::zero();
+        let above = light.dir.dot(spot.facing).gt(zero).bits() | spot.curved;
+        let shown = into.z.gt(Singles::zero()).bits();
+        // Light from one side of the surface and the other side of its shading normal would
+        // leak through.
+        let right = match transmits {
+            true => !(above ^ shown),
+            false => above & shown,
+        };
+        let mut rows = light.some.bits() & right & spot.lanes;
+        if rows == 0 {
+            return;
+        }
+        let looks = look.bsdf.looks();
+        let found = look.bsdf.eval(&looks, spot.eta, spot.out_local, into);
+        let one = Singles::splat(1.0);
+        let part = Lanes::select(light.delta, one, share(light.pdf, found.pdf));
+        let part = part / light.pdf;
+        let [r, g, b]: [Singles; 3] =
+            std::array::from_fn(|k| found.value[k] * light.radiance[k] * part);
+        let weight = Vec3::new(
+            spot.throughput.x * r,
+            spot.throughput.y * g,
+            spot.throughput.z * b,
+        );
+        let some = weight.x.max(weight.y).max(weight.z).gt(Singles::zero());
+        rows &= some.bits();
+        if rows == 0 {
+            return;
+        }
+        let offset: Doubles = gather(&buffer.shadow_offset, &spot.hits);
+        let org = spot.leave(above, spot.curved, offset);
+        let far = DoubleMask::from_bits(light.far.bits());
+        let to = start + light.dir - org;
+        let dir = Vec3::select(far, light.dir, to);
+        let far = light.far.bits();
+        let ends: [f32; STEP] = std::array::from_fn(|i| match far >> i & 1 {
+            0 => BODY_END,
+            _ => f32::INFINITY,
+        });
+        let pixels = spot.rays.map(|ray| wave.rays.pixel[ray as usize]);
+        lights.rays.push_some(rows, (org, dir), &pixels);
+        lights.rays.weight.push_some(weight, rows);
+        keep(&mut lights.rays.t_max, &ends, rows);
+    }
+
+    /// Queues the rays that the paths go on with.
+    fn go_on(
+        &self,
+        (wave, buffer): (&Paths, &HitBuffer),
+        (look, depth): (&Look, u32),
+        spot: &Spot,
+        (sampled, roulette): (&Sampled<Singles>, Singles),
+        next: &mut Paths,
+    ) {
+        let through = sampled.through.bits();
+        let delta = sampled.delta.bits() & spot.lanes;
+        let thin = look.material.layers.thin_walled;
+        let mut dir: Vec3<Doubles> = widen(spot.frame.world_from_local(sampled.into));
+        if delta != 0 {
+            let exact = spot.mirrored_or_bent(through, thin);
+            dir = Vec3::select(DoubleMask::from_bits(delta), exact, dir);
+        }
+        let zero = Doubles::zero();
+        let above = dir.dot(spot.facing).gt(zero).bits() | spot.curved & !delta & !through;
+        // A shading normal may send a ray to the wrong side of the surface.
+        let mut rows = sampled.some.bits() & (above ^ through) & spot.lanes;
+        let [r, g, b] = sampled.weight;
+        let mut weight = Vec3::new(
+            spot.throughput.x * r,
+            spot.throughput.y * g,
+            spot.throughput.z * b,
+        );
+        let mut compression = Singles::load(&spot.rays.map(|ray| wave.compression[ray as usize]));
+        if through != 0 && !thin {
+            let more = compression * spot.eta * spot.eta;
+            compression = Lanes::select(sampled.through, more, compression);
+        }
+        if depth >= ROULETTE_DEPTH {
+            let most = weight.x.max(weight.y).max(weight.z) * compression;
+            let survival = most.min(Singles::splat(SURVIVAL));
+            rows &= roulette.lt(survival).bits();
+            let more = Singles::splat(1.0) / survival;
+            weight = Vec3::new(weight.x * more, weight.y * more, weight.z * more);
+        }
+        let some = weight.x.max(weight.y).max(weight.z);
+        rows &= (some.gt(Singles::zero()) & some.lt(Singles::splat(f32::INFINITY))).bits();
+        if rows == 0 {
+            return;
+        }
+        let offset: Doubles = gather(&buffer.offset, &spot.hits);
+        let org = spot.leave(above, spot.curved & !delta, offset);
+        // Light sampling at the hit before sees through a smooth pane, so what the path meets
+        // behind is weighed by the densities there.
+        let straight = if thin { delta & through } else { 0 };
+        let before = wave.normal.gather(&spot.rays);
+        let normal = light_normal(look, spot.ns);
+        let normal = Vec3::select(SingleMask::from_bits(straight), before, normal);
+        let pdf = sampled.pdf.to_array();
+        let pdfs: [f32; STEP] =
+            std::array::from_fn(|i| match (straight >> i & 1, delta >> i & 1) {
+                (1, _) => wave.pdf[spot.rays[i] as usize],
+                (_, 1) => f32::INFINITY,
+                _ => pdf[i],
+            });
+        let media: [Media; STEP] = std::array::from_fn(|i| match through >> i & 1 {
+            0 => wave.media[spot.rays[i] as usize],
+            _ => spot.behind[i],
+        });
+        let kinds: [RayKind; STEP] = std::array::from_fn(|i| match through >> i & 1 {
+            0 => RayKind::Reflection,
+            _ => RayKind::Refraction,
+        });
+        let paths = &mut *next;
+        paths.rays.weight.push_some(weight, rows);
+        paths.normal.push_some(normal, rows);
+        keep(&mut paths.pdf, &pdfs, rows);
+        let compression = compression.to_array();
+        keep(&mut paths.compression, &compression, rows);
+        keep(&mut paths.media, &media, rows);
+        spot.push((org, dir), (&kinds, rows), wave, next);
+    }
+
+    /// Lets paths go straight on through holes, and through the surfaces of media that others
+    /// displace.
+    fn pass(&self, wave: &Paths, buffer: &HitBuffer, spot: &Spot, rows: u32, next: &mut Paths) {
+        let dir = -spot.out;
+        let one = Doubles::splat(1.0);
+        let side = Lanes::select(dir.dot(spot.ng).ge(Doubles::zero()), one, -one);
+        let offset: Doubles = gather(&buffer.offset, &spot.hits);
+        let org = spot.point + spot.ng * (side * offset);
+        let of = spot.rays.map(|ray| ray as usize);
+        let kinds = [RayKind::Refraction; STEP];
+        next.rays.weight.push_some(spot.throughput, rows);
+        next.normal.push_some(wave.normal.gather(&spot.rays), rows);
+        keep(&mut next.pdf, &of.map(|ray| wave.pdf[ray]), rows);
+        keep(
+            &mut next.compression,
+            &of.map(|ray| wave.compression[ray]),
+            rows,
+        );
+        keep(&mut next.media, &spot.behind, rows);
+        spot.push((org, dir), (&kinds, rows), wave, next);
+    }
+
+    /// Computes the ratio of the indices of refraction on both sides of the surfaces of a
+    /// medium, and returns the lanes whose surface is none: a medium of higher priority is on
+    /// both sides (Schmidt and Budge 2002).
+    fn enter_media(
+        &self,
+        spot: &mut Spot,
+        wave: &Paths,
+        (buffer, number): (&HitBuffer, u32),
+        trace: &mut TraceScratch,
+    ) -> u32 {
+        let mut passing = 0;
+        let mut eta = [1.0_f32; STEP];
+        for i in 0..STEP {
+            let (ray, hit) = (spot.rays[i] as usize, spot.hits[i] as usize);
+            let (mut before, mut behind) = (wave.media[ray], wave.media[ray]);
+            let front = buffer.side[hit] > 0.0;
+            if let Some(solids) = self.solids {
+                let far = buffer.point.get(hit)
+                    - buffer.ng.get(hit) * (buffer.side[hit] * buffer.offset[hit]);
+                behind = self.materials.media_at(solids, far, trace);
+            } else if front {
+                behind.enter(number);
+            } else {
+                behind.leave(number);
+                // A ray that starts inside has not entered.
+                if !before.has(number) {
+                    before.enter(number);
+                }
+            }
+            let [near, far] = [before, behind].map(|media| self.materials.innermost(&media));
+            eta[i] = self.materials.index(far) / self.materials.index(near);
+            passing |= u32::from(near == far) << i;
+            spot.behind[i] = behind;
+        }
+        spot.eta = Singles::load(&eta);
+        passing & spot.lanes
+    }
+}
+
+/// Returns the normals that light sampling aims by: none where light from both sides counts.
+fn light_normal(look: &Look, ns: Vec3<Doubles>) -> Vec3<Singles> {
+    match look.bsdf.transmits {
+        true => Vec3::splat([0.0; 3]),
+        false => narrow(ns),
+    }
+}
+
+fn widen(v: Vec3<Singles>) -> Vec3<Doubles> {
+    Vec3::new(v.x.widen(), v.y.widen(), v.z.widen())
+}
+
+impl Spot {
+    fn new((wave, buffer): (&Paths, &HitBuffer), hits: &[u32; STEP], count: usize) -> Spot {
+        let rays = hits.map(|hit| buffer.row[hit as usize]);
+        let ng = buffer.ng.gather(hits);
+        let side: Doubles = gather(&buffer.side, hits);
+        let facing = ng * side;
+        let out = -buffer.incoming.gather(hits);
+        let ns = buffer.ns.gather(hits);
+        let ns = Vec3::select(out.dot(ns).gt(Doubles::zero()), ns, facing);
+        let frame = Frame::about(narrow(ns));
+        let mut out_local = frame.local_from_world(narrow::<Singles>(out));
+        out_local.z = out_local.z.max(Singles::splat(f32::MIN_POSITIVE));
+        let point = buffer.point.gather(hits);
+        let lifted = match buffer.wants_lift {
+            true => point + buffer.lift.gather(hits),
+            false => point,
+        };
+        Spot {
+            hits: *hits,
+            rays,
+            lanes: (1 << count) - 1,
+            point,
+            lifted,
+            curved: 0,
+            ng,
+            facing,
+            ns,
+            out,
+            frame,
+            out_local,
+            throughput: wave.rays.weight.gather(&rays),
+            eta: Singles::splat(1.0),
+            behind: rays.map(|ray| wave.media[ray as usize]),
+        }
+    }
+
+    /// Computes the directions of perfect mirrors, and in the lanes of `through` those of
+    /// perfect refraction, in f64: images in glass are as sharp as the picture.
+    fn mirrored_or_bent(&self, through: u32, thin: bool) -> Vec3<Doubles> {
+        let cos = self.out.dot(self.ns);
+        let mirrored = self.ns * (cos + cos) - self.out;
+        if through == 0 {
+            return mirrored;
+        }
+        let bent = if thin {
+            -self.out
+        } else {
+            let one = Doubles::splat(1.0);
+            let part = one / self.eta.widen();
+            let sin2 = part * part * (one - cos * cos);
+            let cos_behind = (one - sin2).max(Doubles::zero()).sqrt();
+            self.ns * (part * cos - cos_behind) - self.out * part
+        };
+        Vec3::select(DoubleMask::from_bits(through), bent, mirrored)
+    }
+
+    /// Returns where rays start: above the surface in the lanes of `above`, from the lifted
+    /// points in those of `curved`, and below it in the others.
+    fn leave(&self, above: u32, curved: u32, offset: Doubles) -> Vec3<Doubles> {
+        let from = Vec3::select(DoubleMask::from_bits(curved), self.lifted, self.point);
+        let above = DoubleMask::from_bits(above);
+        from + Vec3::select(above, self.facing, -self.facing) * offset
+    }
+
+    /// Appends rays, whose states are appended already.
+    fn push(
+        &self,
+        ray: (Vec3<Doubles>, Vec3<Doubles>),
+        (kinds, rows): (&[RayKind; STEP], u32),
+        wave: &Paths,
+        next: &mut Paths,
+    ) {
+        let of = self.rays.map(|ray| ray as usize);
+        next.rays
+            .push_some(rows, ray, &of.map(|ray| wave.rays.pixel[ray]));
+        keep(&mut next.rays.kind, kinds, rows);
+        keep(&mut next.key, &of.map(|ray| wave.key[ray]), rows);
+    }
+}

@@ -1,0 +1,148 @@
+//! Rays towards sampled light, and what arrives by those that are not blocked.
+
+use super::hit_columns::HitColumns;
+use super::{PathTracer, Slot};
+use crate::scene::Rgb;
+use crate::shade::hit_buffer::HitBuffer;
+use crate::shade::hits::fill_hit_buffer;
+use crate::shade::ray_queue::{BATCH, RayQueue};
+use crate::shade::statistics::Statistics;
+use crate::trace::{HitId, RayKind, ShadowCache, TraceScratch, any};
+use bumpalo::Bump;
+use bumpalo::collections::Vec as ArenaVec;
+use glam::DVec3;
+
+/// The end of rays to a sampled point of a body, as a fraction of the way: the point is rounded
+/// to f64, and where the ray grazes the body, the body itself lies a little nearer.
+pub(super) const BODY_END: f32 = 1.0 - 1.0 / 65_536.0;
+
+/// Rays towards light pass no more surfaces than this.
+const MOST_PASSED: usize = 64;
+
+/// Rays towards sampled light; their weight is what the pixel gets if they arrive.
+pub(super) struct LightRays<'b> {
+    pub rays: RayQueue<'b>,
+    blocked: ArenaVec<'b, bool>,
+    /// Those that may pass what blocks them.
+    passing: RayQueue<'b>,
+}
+
+impl<'b> LightRays<'b> {
+    pub fn new(arena: &'b Bump) -> LightRays<'b> {
+        LightRays {
+            rays: RayQueue::with_capacity(BATCH, arena),
+            blocked: ArenaVec::with_capacity_in(2 * BATCH, arena),
+            passing: RayQueue::with_capacity(2 * BATCH, arena),
+        }
+    }
+
+    pub fn clear(&mut self) {
+        self.rays.truncate(0);
+    }
+}
+
+impl PathTracer<'_> {
+    /// Traces the rays towards light, and adds to the slots what arrives.
+    pub(super) fn add_light(
+        &self,
+        lights: &mut LightRays,
+        (hits, buffer): (&mut HitColumns, &mut HitBuffer),
+        slots: &mut [Slot],
+        (cache, trace): (&mut ShadowCache, &mut TraceScratch),
+        statistics: &mut Statistics,
+    ) {
+        let LightRays {
+            rays,
+            blocked,
+            passing,
+        } = lights;
+        if rays.is_empty() {
+            return;
+        }
+        let count = rays.len();
+        rays.complete(f32::INFINITY, RayKind::Shadow { light: 0 });
+        let batch = rays.padded_rays(0);
+        blocked.resize(batch.len(), false);
+        any(self.world, &self.kernels, &batch, cache, blocked, trace);
+        rays.truncate(count);
+        let blocked = &blocked[..count];
+        statistics.counts.shadow += count as u64;
+        statistics.counts.shadow_occluded += blocked.iter().filter(|b| **b).count() as u64;
+        for (ray, blocked) in blocked.iter().enumerate() {
+            if !blocked {
+                arrive(slots, rays.pixel[ray], rays.weight.row(ray));
+            } else if self.materials.has_holes {
+                passing.push(
+                    DVec3::from_array(rays.org(ray)),
+                    DVec3::from_array(rays.dir(ray)),
+                    rays.t_max[ray],
+                    rays.pixel[ray],
+                    rays.weight.row(ray),
+                    rays.kind[ray],
+                );
+            }
+        }
+        let mut left = MOST_PASSED;
+        while !passing.is_empty() && left > 0 {
+            statistics.counts.shadow += passing.len() as u64;
+            self.pass_on(passing, hits, buffer, slots, trace);
+            left -= 1;
+        }
+        passing.truncate(0);
+    }
+
+    /// Brings rays towards light to what is behind the next surface that lets them pass, and
+    /// drops those that none does.
+    fn pass_on(
+        &self,
+        rays: &mut RayQueue,
+        hits: &mut HitColumns,
+        buffer: &mut HitBuffer,
+        slots: &mut [Slot],
+        trace: &mut TraceScratch,
+    ) {
+        let count = rays.len();
+        hits.closest((self.world, &self.kernels), rays, trace);
+        fill_hit_buffer(
+            (self.world, self.kernels.precision),
+            (rays, 0..count),
+            (&hits.t, &hits.instance, &hits.primitive),
+            buffer,
+        );
+        for ray in 0..count {
+            if hits.instance[ray] == HitId::NONE.instance {
+                arrive(slots, rays.pixel[ray], rays.weight.row(ray));
+            }
+        }
+        for hit in 0..buffer.len() {
+            let ray = buffer.row[hit] as usize;
+            let look = &self.materials.rows[self.materials.number(buffer.material[hit]) as usize];
+            if !look.lets_shadow_rays_pass() {
+                continue;
+            }
+            let surface = buffer.surface(hit);
+            let dir = DVec3::from_array(rays.dir(ray));
+            let cos = dir.normalize().dot(surface.ns).abs() as f32;
+            let passed = look.bsdf.straight(cos);
+            let before = rays.weight.row(ray);
+            let weight = std::array::from_fn(|k| before[k] * passed[k]);
+            let side = if dir.dot(surface.ng) >= 0.0 {
+                1.0
+            } else {
+                -1.0
+            };
+            let org = surface.point + surface.ng * (side * buffer.shadow_offset[hit]);
+            let end = (f64::from(rays.t_max[ray]) - hits.t[ray]) as f32;
+            if weight != [0.0; 3] && end > 0.0 {
+                rays.push(org, dir, end, rays.pixel[ray], weight, rays.kind[ray]);
+            }
+        }
+        rays.drop_first(count);
+    }
+}
+
+fn arrive(slots: &mut [Slot], pixel: u32, light: Rgb) {
+    for (channel, light) in slots[pixel as usize].iter_mut().zip(light) {
+        *channel += light;
+    }
+}

@@ -1,0 +1,116 @@
+//! Paths that wait to be continued: rays in columns, and what each remembers of its way.
+
+use crate::shade::columns::{Column3, Singles};
+use crate::shade::ray_queue::{BATCH, RayQueue};
+use bumpalo::Bump;
+use bumpalo::collections::Vec as ArenaVec;
+
+/// The rays of one depth, one a path, and the paths' states in columns of the same length.
+pub(super) struct Paths<'b> {
+    pub rays: RayQueue<'b>,
+    /// The key of the pixel's random numbers.
+    pub key: ArenaVec<'b, u32>,
+    /// The density, over solid angle, with which the last scattering chose the ray's
+    /// direction; infinite for mirrors and camera rays, which no light sampling competes with.
+    pub pdf: ArenaVec<'b, f32>,
+    /// The shading normal where the ray left, for the density of light sampling there; zero
+    /// where light from both sides counts.
+    pub normal: Column3<'b, Singles>,
+    /// The factor by which refraction has compressed radiance; Russian roulette ignores it.
+    pub compression: ArenaVec<'b, f32>,
+    /// The media around the ray's origin.
+    pub media: ArenaVec<'b, Media>,
+}
+
+impl<'b> Paths<'b> {
+    pub fn new(arena: &'b Bump) -> Paths<'b> {
+        let numbers = || ArenaVec::with_capacity_in(BATCH, arena);
+        Paths {
+            rays: RayQueue::with_capacity(BATCH, arena),
+            key: ArenaVec::with_capacity_in(BATCH, arena),
+            pdf: numbers(),
+            normal: Column3::with_capacity(BATCH, arena),
+            compression: numbers(),
+            media: ArenaVec::with_capacity_in(BATCH, arena),
+        }
+    }
+
+    pub fn clear(&mut self) {
+        self.rays.truncate(0);
+        self.key.clear();
+        self.pdf.clear();
+        self.normal.truncate(0);
+        self.compression.clear();
+        self.media.clear();
+    }
+
+    /// Gives camera rays, which are in the queue already, the state of paths that begin.
+    pub fn begin(&mut self, media: Media) {
+        let paths = self.rays.len();
+        self.pdf.resize(paths, f32::INFINITY);
+        self.normal.resize(paths, [0.0; 3]);
+        self.compression.resize(paths, 1.0);
+        self.media.resize(paths, media);
+    }
+}
+
+/// The media that a point is in, by number of their material plus one, 0 for none: at most
+/// four overlap (a list as in Lee et al., "Vectorized Production Path Tracing", 2017).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Media([u32; 4]);
+
+impl Media {
+    /// Adds a medium. A fifth is not remembered.
+    pub fn enter(&mut self, material: u32) {
+        if let Some(free) = self.0.iter_mut().find(|m| **m == 0) {
+            *free = material + 1;
+        }
+    }
+
+    /// Removes a medium once, if it is there.
+    pub fn leave(&mut self, material: u32) {
+        if let Some(here) = self.0.iter_mut().find(|m| **m == material + 1) {
+            *here = 0;
+        }
+    }
+
+    /// Crosses the surface of a medium, from its front or from inside.
+    pub fn cross(&mut self, material: u32, front: bool) {
+        match front {
+            true => self.enter(material),
+            false => self.leave(material),
+        }
+    }
+
+    /// Returns the materials of all media.
+    pub fn iter(&self) -> impl Iterator<Item = u32> {
+        self.0.into_iter().filter(|m| *m != 0).map(|m| m - 1)
+    }
+
+    pub fn has(&self, material: u32) -> bool {
+        self.0.contains(&(material + 1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn media_are_a_bag_of_four() {
+        let mut media = Media::default();
+        assert_eq!(media.iter().count(), 0);
+        for material in [3, 0, 3] {
+            media.enter(material);
+        }
+        media.leave(3);
+        media.leave(7);
+        assert!(media.has(3) && media.has(0) && !media.has(7));
+        media.leave(3);
+        assert_eq!(media.iter().collect::<Vec<_>>(), [0]);
+        for material in 10..20 {
+            media.enter(material);
+        }
+        assert_eq!(media.iter().count(), 4);
+    }
+}

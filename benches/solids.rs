@@ -126,6 +126,7 @@ fn solids(c: &mut Criterion) {
         position: DVec3::new(10.0, 14.0, 9.0),
         intensity: [3.0; 3],
         falloff: Falloff::None,
+        radius: 0.0,
     };
     let eye = DVec3::new(0.0, 9.0, 13.0);
     let camera = Camera::perspective(eye, DVec3::new(0.0, 0.0, 0.6), DVec3::Y, 40.0);

@@ -72,6 +72,7 @@ fn two_balls() -> Result<Scene, Error> {
     scene.light(Light::Directional {
         direction: DVec3::new(1.0, -1.0, -0.5),
         irradiance: [2.0; 3],
+        angle: 0.0,
     });
     Ok(scene.finish()?)
 }

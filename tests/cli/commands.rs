@@ -39,6 +39,11 @@ fn version_and_help() {
         "--json",
         "--max-depth",
         "--camera",
+        "--tone",
+        "--exposure",
+        "--dither",
+        "--bits",
+        "--background",
         "-o",
     ] {
         assert!(stdout(&help).contains(option), "{option}");
@@ -104,6 +109,13 @@ fn wrong_arguments() {
         (small(&["--threads", "1025"]), "1..=1024"),
         (small(&["--max-depth", "256"]), "0..=255"),
         (small(&["--seed", "x"]), "--seed"),
+        (
+            small(&["-o", "x.exr", "--tone", "agx"]),
+            "--tone is for PNG files",
+        ),
+        (small(&["--tone", "filmic"]), "--tone"),
+        (small(&["--exposure", "nan"]), "number of stops"),
+        (small(&["--background", "mauve"]), "R,G,B"),
         (
             small(&["--aov", "depth,smell"]),
             "no output 'smell'; known are",

@@ -67,7 +67,7 @@ fn check(path: &Path) -> Result<bool, String> {
     let folder = tempfile::tempdir().unwrap();
     let mut command = command();
     command.arg("render").arg(path);
-    command.args(["--size", "16x16", "--threads", "1", "-o"]);
+    command.args(["--size", "16x16", "--threads", "1", "--spp", "4", "-o"]);
     command.arg(folder.path().join("picture.png"));
     let (code, said) = run(command)?;
     let errors = said.lines().filter(|l| l.starts_with("error: ")).count();

@@ -284,14 +284,18 @@ fn interrupted_leaves_nothing() {
 #[cfg(unix)]
 #[test]
 fn interrupted_within_a_ray() {
-    // 10^12 balls in one place, of which every ray has to meet all.
+    // 10^12 balls in nearly one place, of which every ray has to meet all.
     let mut scene = "format = 1\n[camera]\neye = [0, 0, 5]\nlook_at = [0, 0, 0]\nfov_y = 40\n\
         [shape.ball]\nsphere = { center = [0, 0, 0], radius = 1 }\n\
         [node.n0]\nchildren = [{ shape = \"ball\" }]\n"
         .to_string();
     for level in 1..=12 {
-        let child = format!("{{ node = \"n{}\" }},", level - 1);
-        scene += &format!("[node.n{level}]\nchildren = [{}]\n", child.repeat(10));
+        let child = |k: i32| {
+            let (node, x) = (level - 1, f64::from(k) * 1e-9);
+            format!("{{ node = \"n{node}\", transform = [{{ translate = [{x}, 0, 0] }}] }},")
+        };
+        let children: String = (0..10).map(child).collect();
+        scene += &format!("[node.n{level}]\nchildren = [{children}]\n");
     }
     scene += "[[instance]]\nnode = \"n12\"\n";
     let folder = folder();

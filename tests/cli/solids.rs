@@ -177,6 +177,41 @@ fn export_writes_the_whole_file_or_none() {
     assert_eq!(names(folder.path()), ["a.pov", "a.toml"]);
 }
 
+#[test]
+fn export_to_mitsuba_writes_all_files() {
+    let folder = folder();
+    let cube = "format = 1\n[shape]\nlid = { polygon = { points = [[0, 0, 0], [1, 0, 0], [0, 1, 0]] } }\n\
+                [[instance]]\nshape = 'lid'\n";
+    write(folder.path(), cube);
+    let arguments = ["export", "a.toml", "--mitsuba", "b.xml", "--size", "20x10"];
+    let output = lanecast(folder.path(), &arguments);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(stdout(&output).starts_with("b.xml: 3 files, "));
+    assert!(stderr(&output).contains("warning: a.toml: only similar in Mitsuba: "));
+    // The map is that of the studio, since the scene brings no light.
+    let all = names(folder.path());
+    assert!(
+        ["a.toml", "b.xml", "b_mesh_0.ply"]
+            .iter()
+            .all(|name| all.iter().any(|n| n == name))
+    );
+    assert_eq!(all.len(), 4, "{all:?}");
+    let xml = fs::read_to_string(folder.path().join("b.xml")).unwrap();
+    assert!(xml.contains("value=\"b_mesh_0.ply\"") && xml.contains("name=\"width\" value=\"20\""));
+    for (arguments, says) in [
+        (["--mitsuba", "-"], "name one"),
+        (["--mitsuba", "a.toml"], "is the input"),
+        (["--max-depth", "3"], "--pov <FILE>"),
+    ] {
+        let output = lanecast(
+            folder.path(),
+            &[&["export", "a.toml"][..], &arguments].concat(),
+        );
+        assert_eq!(output.status.code(), Some(2));
+        assert!(stderr(&output).contains(says), "{}", stderr(&output));
+    }
+}
+
 fn plan(text: &str) -> Value {
     let folder = folder();
     write(folder.path(), text);

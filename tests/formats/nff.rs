@@ -113,6 +113,7 @@ fn objects_and_their_fills_keep_the_order_of_the_file() {
         position,
         intensity: color,
         falloff: Falloff::None,
+        radius: 0.0,
     };
     assert_eq!(
         scene.lights[0],

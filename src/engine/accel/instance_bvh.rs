@@ -232,7 +232,7 @@ pub fn may_meet(bounds: &Aabb, org: [f64; 3], dir: [f64; 3], [from, to]: [f64; 2
 }
 
 /// 2⁻⁹⁶⁰: a pad of 2⁻²⁰ of it is far above the least denormal number.
-const SMALL: f64 = 1.026_342_003_245_594_1e-289;
+const SMALL: f64 = 1.026_342_003_245_594e-289;
 
 /// The extent of a set of rays in a node's space.
 #[derive(Clone, Copy, Debug)]

@@ -173,7 +173,7 @@ fn lists_of_widths_and_orders() {
     let hits = |row: usize| &rows(&report)[row]["hits"];
     assert!(
         (1..4)
-            .map(|k| hits(k))
+            .map(&hits)
             .chain([hits(4), hits(5)])
             .all(|h| !h.is_null())
     );

@@ -289,7 +289,7 @@ fn names_and_choices() {
         ),
         (
             toml("[[light]]\n"),
-            &["scene.toml:2:1: a light is empty; give one of point, directional"],
+            &["scene.toml:2:1: a light is empty; give one of point, spot, directional"],
         ),
         (
             toml(

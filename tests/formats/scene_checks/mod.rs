@@ -290,10 +290,12 @@ fn materials_lights_cameras() {
         position,
         intensity,
         falloff: Falloff::InverseSquare,
+        radius: 0.0,
     };
     let sun = |direction, irradiance| Light::Directional {
         direction,
         irradiance,
+        angle: 0.0,
     };
     assert_is!(
         light(point(DVec3::NAN, [1.0; 3])),

@@ -1,0 +1,7 @@
+//! Tests of light: path-traced pictures against closed formulas, and their bits.
+
+mod closed_forms;
+mod identity;
+mod media;
+mod sampling;
+mod smooth;

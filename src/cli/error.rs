@@ -33,6 +33,7 @@ impl From<RenderError> for CliError {
         match error {
             RenderError::Interrupted => CliError::Interrupted,
             RenderError::Memory { .. } => CliError::Memory(error.to_string()),
+            RenderError::NoPaths => CliError::Usage(error.to_string()),
         }
     }
 }

@@ -3,7 +3,8 @@
 //!
 //! Frame i of N is at time i / (N − 1). From one frame to the next the meshes' trees
 //! are kept, the top-level tree is refitted or rebuilt, and camera rays start with
-//! temporal bounds; no bit of a picture depends on any of it.
+//! temporal bounds; no bit of a picture depends on any of it. The samples of a frame are a
+//! function of its number, so that noise does not stand still.
 
 use super::args::RenderArgs;
 use super::error::CliError;
@@ -89,6 +90,10 @@ pub fn run(
             kernels: plan.kernels,
             camera,
             lights: &scene.lights,
+        };
+        let config = &RenderConfig {
+            frame: number as u32,
+            ..config.clone()
         };
         let drawing = Drawing::start(&progress);
         let rendered = pool.install(|| render_after(&view, config, &mut memory, &progress));

@@ -13,6 +13,23 @@ pub fn check(config: &RenderConfig, bits: Bits, path: &Path) -> Result<(), CliEr
     }
 }
 
+/// Refuses a part of a picture that needs more memory than the system has free: its sums, and
+/// the file.
+pub fn check_part(config: &RenderConfig) -> Result<(), CliError> {
+    let needed = 64 * u64::from(config.width) * u64::from(config.height);
+    match free() {
+        Some(free) if needed > free => Err(CliError::Memory(format!(
+            "a part of a picture of {}x{} needs {} MB of memory, and {} MB are free; ask for a \
+             smaller --size",
+            config.width,
+            config.height,
+            needed.div_ceil(1_000_000),
+            free.div_ceil(1_000_000)
+        ))),
+        _ => Ok(()),
+    }
+}
+
 fn compare(config: &RenderConfig, bits: Bits, path: &Path, free: u64) -> Result<(), CliError> {
     let needed = needed(config, bits, path);
     if needed <= free {
@@ -92,12 +109,12 @@ mod tests {
         for name in AovSet::NAMES {
             assert!(config.aovs.add(name));
         }
-        assert_eq!(needed(&config, Bits::Eight, png), (64 + 2 * 52) * pixels);
+        assert_eq!(needed(&config, Bits::Eight, png), (68 + 2 * 56) * pixels);
         assert!(compare(&config, Bits::Eight, png, 1 << 46).is_ok());
         let error = compare(&config, Bits::Eight, png, 24_000_000_000).unwrap_err();
         assert_eq!(error.exit_code(), 3);
         let said = error.to_string();
-        for part in ["16384x16384", "45098 MB", "24000 MB", "--aov", "--size"] {
+        for part in ["16384x16384", "48319 MB", "24000 MB", "--aov", "--size"] {
             assert!(said.contains(part), "{said}");
         }
     }

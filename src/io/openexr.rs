@@ -9,6 +9,7 @@
 //! | albedo | `albedo.R` `.G` `.B` | FLOAT |
 //! | instance_id | `instance_id.lo` `instance_id.hi`: id = hi · 2³² + lo | UINT |
 //! | primitive_id | `primitive_id` | UINT |
+//! | samples | `samples` | UINT |
 //!
 //! `Z` is OpenEXR's own name for depth: Blender makes it the Depth pass, and OpenCV reads
 //! it as the picture of a file that has no colour. Other names are `layer.component`, which
@@ -98,6 +99,9 @@ fn channels(picture: &Picture, content: Content) -> Vec<AnyChannel<FlatSamples>>
     }
     if let Some(ids) = &picture.primitive_id {
         uint("primitive_id", ids.clone());
+    }
+    if let Some(samples) = &picture.samples {
+        uint("samples", samples.clone());
     }
     channels
 }

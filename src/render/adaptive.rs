@@ -58,6 +58,11 @@ impl AdaptiveFilm {
         self.pixels[(y * self.width + x) as usize].count
     }
 
+    /// Lists the pixels' numbers of samples.
+    pub fn sample_counts(&self) -> Vec<u32> {
+        self.pixels.iter().map(|pixel| pixel.count).collect()
+    }
+
     /// Returns the mean number of samples.
     pub fn mean_samples(&self) -> f64 {
         let sum: u64 = self.pixels.iter().map(|p| u64::from(p.count)).sum();

@@ -43,6 +43,8 @@ pub struct RenderConfig {
     /// Number of threads; `None` uses all hardware threads.
     pub threads: Option<u32>,
     pub seed: u64,
+    /// The number of the picture in a sequence, so that their noise differs.
+    pub frame: u32,
     /// The maximum number of reflections and refractions along a path.
     pub max_depth: u32,
     /// A camera's name, or its index from 0; `None` selects the first.
@@ -54,6 +56,14 @@ pub struct RenderConfig {
 }
 
 impl RenderConfig {
+    /// Returns the number of samples of each pixel; with [`RenderConfig::adaptive`], the most.
+    pub fn samples(&self) -> u32 {
+        match self.grid {
+            Grid::Centers => self.spp,
+            Grid::Corners => 1,
+        }
+    }
+
     /// Returns the width of the image plane over its height.
     pub fn aspect(&self) -> f64 {
         let less = match self.grid {
@@ -82,6 +92,7 @@ impl Default for RenderConfig {
             shadow_cache: Caching::default(),
             threads: None,
             seed: 0,
+            frame: 0,
             max_depth: 5,
             camera: None,
             aovs: AovSet::default(),

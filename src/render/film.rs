@@ -48,6 +48,7 @@ pub fn blank(
         albedo: wanted(aovs.albedo, pixels, nothing.albedo)?,
         instance_id: wanted(aovs.instance_id, pixels, nothing.instance)?,
         primitive_id: wanted(aovs.primitive_id, pixels, nothing.primitive)?,
+        samples: wanted(aovs.samples, pixels, 0)?,
     })
 }
 
@@ -60,7 +61,8 @@ pub fn bytes(width: u32, height: u32, aovs: AovSet) -> u64 {
         + of(aovs.normal, size_of::<[f32; 3]>())
         + of(aovs.albedo, size_of::<Rgb>())
         + of(aovs.instance_id, size_of::<u64>())
-        + of(aovs.primitive_id, size_of::<u32>());
+        + of(aovs.primitive_id, size_of::<u32>())
+        + of(aovs.samples, size_of::<u32>());
     u64::from(width) * u64::from(height) * pixel
 }
 

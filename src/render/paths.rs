@@ -3,7 +3,7 @@
 
 use super::RenderConfig;
 use super::camera::RayGenerator;
-use super::config::{Backdrop, Grid, Integrator};
+use super::config::{Backdrop, Integrator};
 use super::sums::Sums;
 use super::tile::{Spot, View};
 use crate::light::filter::Filter;
@@ -55,11 +55,7 @@ impl PathPicture {
             ),
             _ => return None,
         };
-        let samples = match config.grid {
-            Grid::Centers => config.spp,
-            Grid::Corners => 1,
-        };
-        let frame = 0;
+        let samples = config.samples();
         let media = MediaField::of(scene, &view.world.instances, &materials, view.camera.eye);
         let backdrop = match config.backdrop {
             Backdrop::Color(color) => Seen::Color(color),
@@ -79,7 +75,7 @@ impl PathPicture {
             backdrop,
             media,
             materials,
-            sampler: Sampler::new(config.sampler, config.seed, frame, samples),
+            sampler: Sampler::new(config.sampler, config.seed, config.frame, samples),
             filter: Filter::new(config.filter),
             max_depth,
             samples,

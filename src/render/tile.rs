@@ -5,20 +5,21 @@
 //! the picture. A tile is traced sample by sample; its transient columns live in the
 //! worker's arena, which is reset after the tile.
 
+use super::Picture;
 use super::adaptive::{AdaptiveFilm, render_adaptively};
 use super::camera::RayGenerator;
-use super::config::{Backdrop, Grid, RenderConfig, TileOrder};
+use super::config::{Backdrop, RenderConfig, TileOrder};
 use super::film::{AovSample, blank, put};
 use super::frames::FrameMemory;
 use super::items::{item_buffer, tiles_of};
 use super::paths::{PathPicture, PathTile};
 use super::progress::Progress;
 use super::sampler::sample_position;
-use super::{AovSet, Picture};
 use crate::accel::World;
 use crate::math::lanes::Lanes;
 use crate::plan::Kernels;
 use crate::scene::{Camera, Light, Rgb};
+use crate::shade::path::Slot;
 use crate::shade::{
     Doubles, Integrator, MaterialFlags, Memory, RayCounts, STEP, Scratch, Statistics, Surface,
 };
@@ -71,6 +72,8 @@ pub enum RenderError {
     Interrupted,
     #[error("there is not enough memory for a picture of {width}x{height}; ask for a smaller one")]
     Memory { width: u32, height: u32 },
+    #[error("only pictures of paths have parts")]
+    NoPaths,
 }
 
 /// Renders on the current rayon pool. Records every ray if `recording` is true.
@@ -221,6 +224,12 @@ fn render_tiles(
         done.counts.add(&film.counts);
         done.mean_samples = Some(film.mean_samples());
     }
+    if let Some(samples) = &mut done.picture.samples {
+        match &film {
+            Some(film) => samples.copy_from_slice(&film.sample_counts()),
+            None => samples.fill(config.samples()),
+        }
+    }
     let workers = workers.into_values();
     done.decided = workers.iter().map(|worker| worker.trace.decided).sum();
     // The sort is stable: all rays of a pixel lie in one tile and keep their order.
@@ -258,7 +267,10 @@ impl Tile<'_> {
         let pixels = (self.size.0 * self.size.1) as usize;
         let color = arena.alloc_slice_fill_copy(pixels, [0.0_f32; 3]);
         let alpha = arena.alloc_slice_fill_copy(pixels, 1.0_f32);
-        let kept = if self.config.aovs.any() { pixels } else { 0 };
+        let kept = match self.config.aovs.any_of_hits() {
+            true => pixels,
+            false => 0,
+        };
         let aovs = arena.alloc_slice_fill_copy(kept, AovSample::NOTHING);
         let cache = ShadowCache::new(self.config.shadow_cache);
         let caches = arena.alloc_slice_fill_copy(self.view.lights.len(), cache);
@@ -289,9 +301,8 @@ impl Tile<'_> {
                 }
                 None => tile.render(arena, trace, slots, &mut counts),
             }
-            for (row, [r, g, b, there]) in slots.iter().enumerate() {
-                color[row] = [*r, *g, *b].map(radiance);
-                alpha[row] = *there;
+            for (row, slot) in slots.iter().enumerate() {
+                (color[row], alpha[row]) = color_of(slot);
             }
             if self.progress.is_cancelled() {
                 return counts;
@@ -300,11 +311,11 @@ impl Tile<'_> {
             return counts;
         }
         let scratch = &mut Scratch::new(arena, trace);
-        if kept > 0 && self.samples() > 1 {
+        if kept > 0 && self.config.samples() > 1 {
             self.first_hits(order, scratch, color, aovs);
             color.fill([0.0; 3]);
         }
-        for sample in 0..self.samples() {
+        for sample in 0..self.config.samples() {
             let statistics = &mut Statistics {
                 counts: RayCounts::default(),
                 record: recording.then_some(&mut record),
@@ -323,7 +334,7 @@ impl Tile<'_> {
         for cache in caches {
             counts.shadow_cache += cache.counts;
         }
-        let share = 1.0 / self.samples() as f32;
+        let share = 1.0 / self.config.samples() as f32;
         for pixel in color.iter_mut() {
             *pixel = pixel.map(|c| radiance(c * share));
         }
@@ -363,13 +374,6 @@ impl Tile<'_> {
         done.record.append(&mut record);
     }
 
-    fn samples(&self) -> u32 {
-        match self.config.grid {
-            Grid::Centers => self.config.spp,
-            Grid::Corners => 1,
-        }
-    }
-
     #[expect(clippy::too_many_arguments)]
     fn sample(
         &self,
@@ -385,11 +389,11 @@ impl Tile<'_> {
         let generator =
             RayGenerator::new(self.view.camera, config.width, config.height, config.grid);
         // A single sample lies at the centre.
-        let number = (self.samples() > 1).then_some(sample);
+        let number = (config.samples() > 1).then_some(sample);
         self.queue_rays(&generator, order, number, scratch);
         let integrator = self.integrator();
         // The outputs beside the colour are those of the pixel's centre.
-        let keep = number.is_none() && config.aovs != AovSet::default();
+        let keep = number.is_none() && config.aovs.any_of_hits();
         let mut first_hit = |row: u32, surface: &Surface, id: HitId| {
             aovs[row as usize] = self.aov(&generator, surface, id);
         };
@@ -501,7 +505,7 @@ impl Tile<'_> {
         let (mut at, mut offset) = ([[0.0; STEP]; 2], [[0.0; STEP]; 2]);
         for (i, spot) in spots.iter().enumerate() {
             let (x, y) = (self.corner.0 + spot.x, self.corner.1 + spot.y);
-            let [dx, dy] = sample_position(config.seed, 0, (x, y), sample, config.spp);
+            let [dx, dy] = sample_position(config.seed, config.frame, (x, y), sample, config.spp);
             (at[0][i], at[1][i]) = (f64::from(x), f64::from(y));
             (offset[0][i], offset[1][i]) = (dx, dy);
         }
@@ -537,6 +541,11 @@ impl Tile<'_> {
         let (x, y) = self.place(row);
         y * self.config.width + x
     }
+}
+
+/// Returns the colour and alpha that a picture has for the mean of a pixel's slots.
+pub fn color_of([r, g, b, there]: &Slot) -> (Rgb, f32) {
+    ([*r, *g, *b].map(radiance), there.clamp(0.0, 1.0))
 }
 
 /// Returns a radiance that is neither negative, infinite nor NaN: what overflows f32 becomes

@@ -12,6 +12,7 @@ pub const ALL_AOVS: AovSet = AovSet {
     albedo: true,
     instance_id: true,
     primitive_id: true,
+    samples: true,
 };
 
 /// How a picture is computed; nothing of it may show.

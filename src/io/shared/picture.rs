@@ -18,6 +18,7 @@ pub struct AovSet {
     pub albedo: bool,
     pub instance_id: bool,
     pub primitive_id: bool,
+    pub samples: bool,
 }
 
 impl AovSet {
@@ -26,14 +27,24 @@ impl AovSet {
         *self != AovSet::default()
     }
 
+    /// Whether the set has an AOV that the pixels' first hits tell.
+    pub fn any_of_hits(&self) -> bool {
+        let hits = AovSet {
+            samples: false,
+            ..*self
+        };
+        hits.any()
+    }
+
     /// The names of the AOVs, as `--aov` takes them.
-    pub const NAMES: [&str; 6] = [
+    pub const NAMES: [&str; 7] = [
         "depth",
         "position",
         "normal",
         "albedo",
         "instance_id",
         "primitive_id",
+        "samples",
     ];
 
     /// Adds the AOV called `name`; returns false if there is none of this name.
@@ -45,14 +56,15 @@ impl AovSet {
             "albedo" => self.albedo = true,
             "instance_id" => self.instance_id = true,
             "primitive_id" => self.primitive_id = true,
+            "samples" => self.samples = true,
             _ => return false,
         }
         true
     }
 }
 
-/// A picture with its AOVs. AOVs that are not kept are `None`. An AOV is the value of the
-/// pixel's first sample, never a mean.
+/// A picture with its AOVs. AOVs that are not kept are `None`. An AOV is the value at the
+/// pixel's centre, never a mean.
 #[derive(Clone, Debug, Default)]
 pub struct Picture {
     pub width: u32,
@@ -75,6 +87,8 @@ pub struct Picture {
     /// The index of the triangle in its source file, the surface's number of a CSG solid, 0
     /// for other shapes; `u32::MAX` where nothing was hit.
     pub primitive_id: Option<Vec<u32>>,
+    /// The number of samples that the colour is the mean of.
+    pub samples: Option<Vec<u32>>,
 }
 
 impl Picture {
@@ -90,6 +104,7 @@ impl Picture {
             albedo: self.albedo.is_some(),
             instance_id: self.instance_id.is_some(),
             primitive_id: self.primitive_id.is_some(),
+            samples: self.samples.is_some(),
         }
     }
 
@@ -140,6 +155,7 @@ impl Picture {
             ("albedo", len(&self.albedo)),
             ("instance_id", len(&self.instance_id)),
             ("primitive_id", len(&self.primitive_id)),
+            ("samples", len(&self.samples)),
         ];
         let message = if pixels == 0 {
             "the picture has no pixels".into()

@@ -40,6 +40,7 @@ fn picture(width: u32, height: u32) -> Picture {
                 .collect(),
         ),
         primitive_id: Some((0..n as u32).map(|i| u32::MAX - i).collect()),
+        samples: Some((0..n as u32).map(|i| 1 + i).collect()),
     }
 }
 
@@ -109,6 +110,10 @@ fn assert_aovs(picture: &Picture, channels: &BTreeMap<String, FlatSamples>) {
         uints(&channels["primitive_id"]),
         picture.primitive_id.as_ref().unwrap()
     );
+    assert_eq!(
+        uints(&channels["samples"]),
+        picture.samples.as_ref().unwrap()
+    );
 }
 
 const SIZES: [(u32, u32); 6] = [(1, 1), (3, 1), (1, 5), (7, 3), (17, 33), (130, 67)];
@@ -122,7 +127,7 @@ fn exr_keeps_every_bit() {
         picture.save(&path).unwrap();
         let (w, h, channels) = exr_channels(&path);
         assert_eq!((w, h), (width as usize, height as usize));
-        assert_eq!(channels.len(), 16);
+        assert_eq!(channels.len(), 17);
         assert_triple(&channels, ["R", "G", "B"], &picture.color);
         assert_aovs(&picture, &channels);
     }
@@ -144,7 +149,7 @@ fn png_has_its_aovs_beside_it() {
             assert_eq!(rgb.0, linear.map(|c| srgb.encode(c)));
         }
         let (_, _, channels) = exr_channels(&folder.path().join("x.aov.exr"));
-        assert_eq!(channels.len(), 13);
+        assert_eq!(channels.len(), 14);
         assert_aovs(&picture, &channels);
     }
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 2);

@@ -3,5 +3,6 @@
 mod closed_forms;
 mod identity;
 mod media;
+mod pictures;
 mod sampling;
 mod smooth;

@@ -44,33 +44,49 @@ impl PathTracer<'_> {
         count: usize,
         slots: &mut [Slot],
     ) {
-        let weight = wave.rays.weight.gather(rows);
-        let (radiance, part) = match self.backdrop {
-            Seen::Color(color) if depth == 0 => (color.map(Singles::splat), Singles::splat(1.0)),
-            Seen::Nothing if depth == 0 => {
-                for ray in &rows[..count] {
-                    slots[wave.rays.pixel[*ray as usize] as usize][3] = 0.0;
-                }
-                return;
-            }
-            _ => {
-                let (org, dir) = wave.rays.gather(rows);
-                let dir: Vec3<Singles> = narrow(units(dir));
-                let normal = wave.normal.gather(rows);
-                let emitters = &self.luminaires.emitters;
-                let (radiance, other) = emitters.sky(dir, org, normal);
-                let own = Singles::load(&rows.map(|ray| wave.pdf[ray as usize]));
-                (radiance, share(own, other))
-            }
+        let straight = |i: usize| wave.straight[rows[i] as usize];
+        let seen = |i: usize| self.backdrop != Seen::Sky && straight(i);
+        let sky = match (0..count).all(seen) {
+            true => [[0.0; STEP]; 3],
+            false => self.sky_of(wave, rows),
         };
-        let [r, g, b] = radiance;
-        let sums = [weight.x * r, weight.y * g, weight.z * b].map(|c| (c * part).to_array());
         for (i, ray) in rows.iter().enumerate().take(count) {
-            let slot = &mut slots[wave.rays.pixel[*ray as usize] as usize];
-            for k in 0..3 {
-                slot[k] += sums[k][i];
+            let ray = *ray as usize;
+            let slot = &mut slots[wave.rays.pixel[ray] as usize];
+            match self.backdrop {
+                Seen::Color(color) if seen(i) => {
+                    let weight = wave.rays.weight.row(ray);
+                    for k in 0..3 {
+                        slot[k] += weight[k] * color[k];
+                    }
+                }
+                Seen::Nothing if seen(i) => {
+                    let [r, g, b] = wave.rays.weight.row(ray);
+                    slot[3] = match depth {
+                        0 => 0.0,
+                        // What is behind panes is weakened by their tint.
+                        _ => 1.0 - (r + g + b) / 3.0,
+                    };
+                }
+                _ => {
+                    for k in 0..3 {
+                        slot[k] += sky[k][i];
+                    }
+                }
             }
         }
+    }
+
+    /// Returns what paths find of the sky.
+    fn sky_of(&self, wave: &Paths, rows: &[u32; STEP]) -> [[f32; STEP]; 3] {
+        let weight = wave.rays.weight.gather(rows);
+        let (org, dir) = wave.rays.gather(rows);
+        let dir: Vec3<Singles> = narrow(units(dir));
+        let normal = wave.normal.gather(rows);
+        let ([r, g, b], other) = self.luminaires.emitters.sky(dir, org, normal);
+        let own = Singles::load(&rows.map(|ray| wave.pdf[ray as usize]));
+        let part = share(own, other);
+        [weight.x * r, weight.y * g, weight.z * b].map(|c| (c * part).to_array())
     }
 
     /// Adds the radiance of the hit surfaces that shine.

@@ -153,13 +153,13 @@ impl Look {
     }
 }
 
-/// What camera rays see where they meet nothing.
+/// What camera rays see where they meet nothing but holes and panes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Seen {
     /// The environment or background that lights the scene.
     Sky,
     Color(Rgb),
-    /// Nothing, which the slots' last number tells of.
+    /// Nothing, whose share the slots' last number lacks.
     Nothing,
 }
 
@@ -221,7 +221,7 @@ pub struct PathTracer<'w> {
     pub cancel: &'w AtomicBool,
 }
 
-/// What a pixel gets of one path: radiance, and whether its camera ray met something.
+/// What a pixel gets of one path: radiance, and the share of what is behind all that it hides.
 pub type Slot = [f32; 4];
 
 /// Paths that are scattered this often take part in Russian roulette.

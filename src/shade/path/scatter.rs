@@ -231,6 +231,8 @@ impl PathTracer<'_> {
             0 => wave.media[spot.rays[i] as usize],
             _ => spot.behind[i],
         });
+        let clear: [bool; STEP] =
+            std::array::from_fn(|i| straight >> i & 1 != 0 && wave.straight[spot.rays[i] as usize]);
         let kinds: [RayKind; STEP] = std::array::from_fn(|i| match through >> i & 1 {
             0 => RayKind::Reflection,
             _ => RayKind::Refraction,
@@ -242,6 +244,7 @@ impl PathTracer<'_> {
         let compression = compression.to_array();
         keep(&mut paths.compression, &compression, rows);
         keep(&mut paths.media, &media, rows);
+        keep(&mut paths.straight, &clear, rows);
         spot.push((org, dir), (&kinds, rows), wave, next);
     }
 
@@ -264,6 +267,7 @@ impl PathTracer<'_> {
             rows,
         );
         keep(&mut next.media, &spot.behind, rows);
+        keep(&mut next.straight, &of.map(|ray| wave.straight[ray]), rows);
         spot.push((org, dir), (&kinds, rows), wave, next);
     }
 

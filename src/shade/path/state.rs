@@ -20,6 +20,9 @@ pub(super) struct Paths<'b> {
     pub compression: ArenaVec<'b, f32>,
     /// The media around the ray's origin.
     pub media: ArenaVec<'b, Media>,
+    /// Whether the path has come straight from the camera, through holes and panes: what it
+    /// meets is seen through them.
+    pub straight: ArenaVec<'b, bool>,
 }
 
 impl<'b> Paths<'b> {
@@ -32,6 +35,7 @@ impl<'b> Paths<'b> {
             normal: Column3::with_capacity(BATCH, arena),
             compression: numbers(),
             media: ArenaVec::with_capacity_in(BATCH, arena),
+            straight: ArenaVec::with_capacity_in(BATCH, arena),
         }
     }
 
@@ -42,6 +46,7 @@ impl<'b> Paths<'b> {
         self.normal.truncate(0);
         self.compression.clear();
         self.media.clear();
+        self.straight.clear();
     }
 
     /// Gives camera rays, which are in the queue already, the state of paths that begin.
@@ -51,6 +56,7 @@ impl<'b> Paths<'b> {
         self.normal.resize(paths, [0.0; 3]);
         self.compression.resize(paths, 1.0);
         self.media.resize(paths, media);
+        self.straight.resize(paths, true);
     }
 }
 

@@ -18,7 +18,9 @@ mod frames;
 mod interrupt;
 mod measure;
 mod memory;
+mod merge;
 mod output;
+mod part;
 mod pipeline;
 mod plan;
 mod probe;
@@ -32,8 +34,8 @@ mod verify;
 pub use cpu::check_before_main;
 
 use args::{
-    BenchArgs, ExportArgs, ExtremesArgs, MeasureArgs, PlanArgs, ProbeArgs, RenderArgs, RootsArgs,
-    VerifyArgs,
+    BenchArgs, ExportArgs, ExtremesArgs, MeasureArgs, MergeArgs, PlanArgs, ProbeArgs, RenderArgs,
+    RootsArgs, VerifyArgs,
 };
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use error::CliError;
@@ -58,6 +60,8 @@ struct Cli {
 enum Command {
     /// Render a scene; without SCENE, the built-in one
     Render(RenderArgs),
+    /// Add parts of a picture up, which render --samples wrote
+    Merge(MergeArgs),
     /// Compare lanes with scalar code and with the reference, per pixel
     Verify(VerifyArgs),
     /// Measure rays per second by ray kind and mode
@@ -99,6 +103,7 @@ fn run() -> ExitCode {
     };
     ended(match &cli.command {
         Command::Render(args) => render::run(args),
+        Command::Merge(args) => merge::run(args),
         Command::Verify(args) => verify::run(args),
         Command::Bench(args) => bench::run(args),
         Command::Plan(args) => plan::run(args),

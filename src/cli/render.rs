@@ -5,7 +5,7 @@ use super::error::CliError;
 use super::output::{Results, check_destinations, printable_line};
 use super::pipeline::{complete, load, named};
 use super::progress::{Drawing, rate};
-use super::{frames, interrupt, memory};
+use super::{frames, interrupt, memory, part};
 use crate::io::picture_files;
 use crate::measure::{PictureSize, Stats, Watch};
 use crate::render::{Integrator, RenderConfig, Rendered, View};
@@ -15,7 +15,6 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     let config = args.config()?;
     let picture_path = output_path(args);
     let development = args.development.checked(&picture_path)?;
-    memory::check(&config, development.bits, &picture_path)?;
     let stats = Stats {
         picture: PictureSize {
             width: config.width,
@@ -24,6 +23,10 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
         },
         ..Stats::default()
     };
+    if let Some(samples) = &args.light.samples {
+        return part::run(args, config, &picture_path, samples.0.clone(), stats);
+    }
+    memory::check(&config, development.bits, &picture_path)?;
     if let Some(frames) = args.frames {
         return frames::run(args, &config, &picture_path, &development, frames, stats);
     }
@@ -107,13 +110,16 @@ fn light_of(config: &RenderConfig, mean_samples: Option<f64>) -> String {
     }
 }
 
-/// Returns `-o`, or the scene's name as a PNG in the current folder.
+/// Returns `-o`, or the scene's name as a PNG, or as a part of a picture, in the current folder.
 fn output_path(args: &RenderArgs) -> PathBuf {
     if let Some(path) = &args.output {
         return path.clone();
     }
     let stem = args.scene.as_deref().and_then(Path::file_stem);
     let mut name = stem.unwrap_or("lanecast".as_ref()).to_os_string();
-    name.push(".png");
+    name.push(match args.light.samples {
+        None => ".png",
+        Some(_) => ".sums",
+    });
     name.into()
 }

@@ -10,6 +10,7 @@ mod extremes;
 mod malformed;
 mod measure;
 mod outputs;
+mod parts;
 mod roots;
 mod run;
 mod solids;

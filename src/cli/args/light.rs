@@ -6,6 +6,10 @@ use crate::light::sampler::Kind as SamplerKind;
 use crate::render::{Adaptive, Grid, Integrator, RenderConfig};
 use crate::scene::Tables;
 use clap::{Args, value_parser};
+use std::ops::Range;
+
+/// The most samples of a pixel.
+const MOST_SAMPLES: u32 = 65_536;
 
 #[derive(Args)]
 pub struct LightArgs {
@@ -18,6 +22,10 @@ pub struct LightArgs {
     /// [default: 64 for paths, else 1]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=65_536))]
     pub spp: Option<u32>,
+    /// Render only the samples A to B - 1 of each pixel of a picture of paths, and write their
+    /// sums, which lanecast merge adds up
+    #[arg(long, value_name = "A..B", value_parser = parse_samples, conflicts_with_all = ["spp", "noise", "frames", "aov", "tone", "exposure", "dither", "bits"])]
+    pub samples: Option<Samples>,
     /// Sample until the noise is below this, about that of a mid-grey, as 0.01; only paths
     #[arg(long, value_name = "NOISE", value_parser = parse_noise, conflicts_with = "spp")]
     pub noise: Option<f32>,
@@ -34,6 +42,10 @@ pub struct LightArgs {
     #[arg(long, value_name = "NAME", default_value = "blackman-harris", value_parser = parse_filter)]
     pub filter: FilterKind,
 }
+
+/// A range of a pixel's samples.
+#[derive(Clone, Debug)]
+pub struct Samples(pub Range<u32>);
 
 /// The integrator of `--integrator`; `None` is the one that the scene needs.
 #[derive(Clone, Copy, Debug)]
@@ -85,6 +97,20 @@ fn parse_integrator(text: &str) -> Result<IntegratorChoice, String> {
             ("ao", choice(Integrator::Ao)),
         ],
     )
+}
+
+fn parse_samples(text: &str) -> Result<Samples, String> {
+    let number = |text: &str| text.trim().parse::<u32>().ok();
+    let ends = text.split_once("..").map(|(a, b)| (number(a), number(b)));
+    match ends {
+        Some((Some(start), Some(end))) if start < end && end <= MOST_SAMPLES => {
+            Ok(Samples(start..end))
+        }
+        _ => Err(format!(
+            "write the first sample and the one after the last, at most {MOST_SAMPLES}, such as \
+             64..128"
+        )),
+    }
 }
 
 fn parse_noise(text: &str) -> Result<f32, String> {

@@ -37,13 +37,15 @@ use values::{
 pub struct RenderArgs {
     /// .toml, .json, .gltf, .glb, .nff, .obj, .ply or .stl; without it, the built-in scene
     pub scene: Option<PathBuf>,
-    /// .png or .exr [default: the scene's name with .png, in the current folder]
+    /// .png or .exr; with --samples .sums [default: the scene's name with .png or .sums, in the
+    /// current folder]
     #[arg(short, value_name = "FILE")]
     pub output: Option<PathBuf>,
     #[command(flatten)]
     pub light: LightArgs,
-    /// Additional outputs of each pixel's first sample, separated by commas: depth,
-    /// position, normal, albedo, instance_id, primitive_id
+    /// Additional outputs, separated by commas: depth, position, normal, albedo,
+    /// instance_id and primitive_id of what the pixel's centre shows, and samples, their
+    /// number
     #[arg(long, value_name = "NAMES", value_parser = parse_aovs)]
     pub aov: Option<AovSet>,
     #[command(flatten)]
@@ -73,6 +75,18 @@ pub struct RenderArgs {
     pub solver: SolverArgs,
     #[command(flatten)]
     pub common: CommonArgs,
+}
+
+#[derive(Args)]
+pub struct MergeArgs {
+    /// .sums files of one picture, whose samples are all from 0 on, in any order
+    #[arg(required = true, value_name = "PART")]
+    pub parts: Vec<PathBuf>,
+    /// .png or .exr
+    #[arg(short, value_name = "FILE")]
+    pub output: PathBuf,
+    #[command(flatten)]
+    pub development: DevelopmentArgs,
 }
 
 #[derive(Args)]

@@ -1,0 +1,122 @@
+//! `lanecast render --samples A..B`: renders a range of the samples of a picture, to be merged.
+
+use super::args::RenderArgs;
+use super::error::CliError;
+use super::output::{Results, check_destinations, printable_line};
+use super::pipeline::{complete, load, named};
+use super::progress::{Drawing, rate};
+use super::{interrupt, memory};
+use crate::light::sampler::Kind;
+use crate::measure::{Stats, Watch};
+use crate::render::{Grid, Integrator, RenderConfig, View, is_part, parts_of, render_part};
+use std::ops::Range;
+use std::path::Path;
+
+pub fn run(
+    args: &RenderArgs,
+    config: RenderConfig,
+    output: &Path,
+    samples: Range<u32>,
+    mut stats: Stats,
+) -> Result<(), CliError> {
+    check(&config, args.light.sampler, output, &samples)?;
+    memory::check_part(&config)?;
+    let inputs: Vec<&Path> = args.scene.as_deref().into_iter().collect();
+    let outputs = check_destinations(&inputs, &[output.into()], args.common.sinks())?;
+    let progress = interrupt::watch();
+    let mut watch = Watch::start();
+    let path = args.scene.as_deref();
+    let options = args.common.load_options(outputs);
+    let scene = load(path, &options, &mut watch, &mut stats)?;
+    let mut config = args.light.complete(config, &scene);
+    if !matches!(config.integrator, Integrator::Path | Integrator::Ao) {
+        return Err(CliError::Usage(
+            "--samples divides pictures of paths, and this one would be direct; ask for \
+             --integrator path, or leave out --samples"
+                .into(),
+        ));
+    }
+    config.spp = samples.end;
+    stats.picture.spp = samples.end - samples.start;
+    let prepared = complete(scene, named(path), &config, &mut watch, &mut stats)?;
+    interrupt::check(&progress)?;
+    let world = prepared.world(&mut watch, &mut stats);
+    interrupt::check(&progress)?;
+    let view = View {
+        world: &world,
+        kernels: prepared.plan.kernels,
+        camera: prepared.camera,
+        lights: &prepared.scene.lights,
+    };
+    let drawing = Drawing::start(&progress);
+    let rendered = prepared
+        .pool
+        .install(|| render_part(&view, &config, samples.clone(), &progress));
+    drop(drawing);
+    let (part, counts) = rendered?;
+    stats.rays = counts;
+    stats.stages.push(watch.stage("render"));
+    let mut results = Results::default();
+    part.save_into(output, &mut results.outputs)?;
+    stats.stages.push(watch.stage("write"));
+    stats.finish();
+    results.add(&args.common.stats, &stats)?;
+    results.add(&args.common.json, &stats)?;
+    interrupt::check(&progress)?;
+    results.commit(&format!(
+        "{}: {}x{}, samples {}..{}, {} rays in {:.3} s, {}\n",
+        printable_line(&output.display().to_string()),
+        config.width,
+        config.height,
+        samples.start,
+        samples.end,
+        stats.rays.total(),
+        stats.seconds("render"),
+        rate(stats.rays_per_second)
+    ))
+}
+
+/// Refuses what could not be merged with other parts.
+fn check(
+    config: &RenderConfig,
+    sampler: Kind,
+    output: &Path,
+    samples: &Range<u32>,
+) -> Result<(), CliError> {
+    let refused = |message: String| Err(CliError::Usage(message));
+    if !is_part(samples) {
+        let parts = parts_of(samples.clone());
+        let parts: Vec<String> = parts
+            .iter()
+            .map(|part| format!("{}..{}", part.start, part.end))
+            .collect();
+        return refused(format!(
+            "--samples {}..{}: a part has 2^k samples from a multiple of 2^k on, so that parts add \
+             up to the bits of the whole; render {} and merge them",
+            samples.start,
+            samples.end,
+            parts.join(", ")
+        ));
+    }
+    if sampler == Kind::Stratified {
+        return refused(
+            "--sampler stratified has to know the number of all samples, which --samples does not \
+             tell; take sobol or independent"
+                .into(),
+        );
+    }
+    if config.grid == Grid::Corners {
+        return refused(
+            "--grid corners traces one ray through each corner; leave out --samples".into(),
+        );
+    }
+    let is_sums = |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("sums");
+    if !output.extension().is_some_and(is_sums) {
+        return refused(format!(
+            "{}: --samples writes a part of a picture; name a .sums file, and merge the parts with \
+             lanecast merge",
+            output.display()
+        ));
+    }
+    Ok(())
+}

@@ -3,11 +3,11 @@
 
 use super::error::CliError;
 use super::scene;
-use crate::accel::{BuildQuality, KdQuality, World};
+use crate::accel::{BuildQuality, KdQuality, Structure, World};
 use crate::io::{LoadError, LoadOptions};
 use crate::measure::{InstanceNames, PlanSummary, SceneCounts, Stats, Watch};
 use crate::plan::{Plan, PlanError, plan};
-use crate::render::{Integrator, RenderConfig};
+use crate::render::{Inspection, Integrator, RenderConfig};
 use crate::scene::{Camera, Instances, Lighting, Scene, builtin};
 pub(crate) use crate::tracer::structure;
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -21,6 +21,8 @@ pub struct Prepared {
     pub plan: Plan,
     pub build: BuildQuality,
     pub kd: KdQuality,
+    /// Whether the structure has to count its work.
+    pub counts: bool,
     pub pool: ThreadPool,
 }
 
@@ -86,6 +88,14 @@ pub fn complete(
     let (scene, camera) = scene.completed_in(lighting, row, &instances, config.aspect());
     let plan = plan(&scene, &instances, &config.choices)
         .map_err(|e: PlanError| CliError::Usage(e.to_string()))?;
+    let counts = matches!(config.integrator, Integrator::Inspect(Inspection::Heat(_)));
+    if counts && !instances.are_laid_out() {
+        return Err(CliError::Usage(
+            "--integrator heat counts in trees over all instances, of which the scene has too many; \
+             ask for ids or normals"
+                .into(),
+        ));
+    }
     stats.stages.push(watch.stage("plan"));
     let pool = thread_pool(config.threads)?;
     stats.plan = PlanSummary {
@@ -113,6 +123,7 @@ pub fn complete(
         plan,
         build: config.build,
         kd: config.kd,
+        counts,
         pool,
     })
 }
@@ -120,7 +131,10 @@ pub fn complete(
 impl Prepared {
     /// Builds the trees on the pool.
     pub fn world(&self, watch: &mut Watch, stats: &mut Stats) -> World {
-        let structure = structure(&self.plan, &self.kd);
+        let structure = match structure(&self.plan, &self.kd) {
+            Structure::Bvh | Structure::ItemBuffer if self.counts => Structure::Narrow,
+            structure => structure,
+        };
         let build = || World::build_to(self.build, &self.scene, &self.instances, structure);
         let world = self.pool.install(build);
         for (name, bytes) in world.bytes() {

@@ -2,13 +2,13 @@
 
 use super::args::RenderArgs;
 use super::error::CliError;
-use super::output::{Results, check_destinations, printable_line};
+use super::output::{Results, check_destinations, complain, printable_line};
 use super::pipeline::{complete, load, named};
 use super::progress::{Drawing, rate};
 use super::{frames, interrupt, memory, part};
 use crate::io::picture_files;
 use crate::measure::{PictureSize, Stats, Watch};
-use crate::render::{Integrator, RenderConfig, Rendered, View};
+use crate::render::{Integrator, RenderConfig, Rendered, View, legend};
 use std::path::{Path, PathBuf};
 
 pub fn run(args: &RenderArgs) -> Result<(), CliError> {
@@ -69,6 +69,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
         picture,
         counts,
         mean_samples,
+        readings,
         ..
     } = rendered?;
     stats.rays = counts;
@@ -81,6 +82,9 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     results.add(&args.common.stats, &stats)?;
     results.add(&args.common.json, &stats)?;
     interrupt::check(&progress)?;
+    if let Integrator::Inspect(what) = config.integrator {
+        complain(&legend(what, &readings));
+    }
     results.commit(&format!(
         "{}: {}x{}{}, {} rays in {:.3} s, {}\n",
         files
@@ -103,6 +107,7 @@ fn light_of(config: &RenderConfig, mean_samples: Option<f64>) -> String {
         Integrator::Direct => return String::new(),
         Integrator::Path => "paths",
         Integrator::Ao => "ambient occlusion",
+        Integrator::Inspect(_) => return String::new(),
     };
     match mean_samples {
         Some(mean) => format!(", {name} of {mean:.1} spp in the mean"),

@@ -10,9 +10,10 @@
 use super::camera::RayGenerator;
 use super::config::RenderConfig;
 use super::paths::{PathPicture, PathTile};
+use super::pixel_order::{BLOCK, Spot, morton_order};
 use super::progress::Progress;
 use super::sums::plus;
-use super::tile::{BLOCK, Spot, View, Worker, morton_order};
+use super::tile::{View, Worker};
 use crate::shade::RayCounts;
 use crate::shade::path::Slot;
 use crate::trace::ScratchPool;

@@ -112,6 +112,35 @@ pub enum Integrator {
     Path,
     /// The share of a white sky that surfaces see.
     Ao,
+    /// No light, but what a ray through the pixel's centre meets or costs.
+    Inspect(Inspection),
+}
+
+/// What a picture without light shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Inspection {
+    /// Shading normals on the ray's side.
+    Normals,
+    /// Barycentric coordinates of triangles.
+    Uv,
+    /// Instances and their primitives.
+    Ids,
+    /// What the ray's closest hit has cost. Comparison structures count steps and tests; in
+    /// others they are 0.
+    Heat(Cost),
+}
+
+/// What a ray costs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cost {
+    /// A weighted sum of the others.
+    All,
+    /// Steps through the structure.
+    Nodes,
+    /// Tests of primitives.
+    Tests,
+    /// Tests that exact arithmetic decided.
+    Escalations,
 }
 
 /// Image-plane positions of the rays of a W×H picture.

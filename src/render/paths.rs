@@ -4,8 +4,9 @@
 use super::RenderConfig;
 use super::camera::RayGenerator;
 use super::config::{Backdrop, Integrator};
+use super::pixel_order::Spot;
 use super::sums::Sums;
-use super::tile::{Spot, View};
+use super::tile::View;
 use crate::light::filter::Filter;
 use crate::light::sampler::Sampler;
 use crate::math::lanes::{Lanes, Words};

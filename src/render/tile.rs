@@ -8,11 +8,13 @@
 use super::Picture;
 use super::adaptive::{AdaptiveFilm, render_adaptively};
 use super::camera::RayGenerator;
-use super::config::{Backdrop, RenderConfig, TileOrder};
+use super::config::{Backdrop, Inspection, Integrator as How, RenderConfig, TileOrder};
 use super::film::{AovSample, blank, put};
 use super::frames::FrameMemory;
+use super::inspect::{Inspector, NOTHING, Reading};
 use super::items::{item_buffer, tiles_of};
 use super::paths::{PathPicture, PathTile};
+use super::pixel_order::{BLOCK, Spot, morton_order};
 use super::progress::Progress;
 use super::sampler::sample_position;
 use crate::accel::World;
@@ -30,9 +32,6 @@ use bumpalo::Bump;
 use rayon::prelude::*;
 use std::sync::Mutex;
 use thiserror::Error;
-
-/// Side of the blocks that packets lie on, in pixels.
-pub const BLOCK: u32 = 16;
 
 /// Side of the largest tile, in pixels.
 const SIDE: usize = 2 * BLOCK as usize;
@@ -57,6 +56,8 @@ pub struct Rendered {
     pub decided: u64,
     /// Mean number of samples per pixel, if they were adaptive.
     pub mean_samples: Option<f64>,
+    /// What was read at each pixel, row by row, if the picture is an inspection.
+    pub readings: Vec<Reading>,
 }
 
 /// Memory of one worker, kept from tile to tile.
@@ -144,15 +145,26 @@ fn render_tiles(
     progress.start(tiles);
     let has_alpha = config.backdrop == Backdrop::Transparent;
     let picture = blank(config.width, config.height, config.aovs, has_alpha);
+    let pixels = match config.integrator {
+        How::Inspect(_) => config.width as usize * config.height as usize,
+        _ => 0,
+    };
+    let mut readings = Vec::new();
+    let out_of_memory = RenderError::Memory {
+        width: config.width,
+        height: config.height,
+    };
+    readings
+        .try_reserve_exact(pixels)
+        .map_err(|_| out_of_memory)?;
+    readings.resize(pixels, NOTHING);
     let done = Mutex::new(Rendered {
-        picture: picture.map_err(|_| RenderError::Memory {
-            width: config.width,
-            height: config.height,
-        })?,
+        picture: picture.map_err(|_| out_of_memory)?,
         counts: RayCounts::default(),
         record: Vec::new(),
         decided: 0,
         mean_samples: None,
+        readings,
     });
     let workers = ScratchPool::<Worker>::default();
     let at = |number: u32| {
@@ -276,12 +288,15 @@ impl Tile<'_> {
         let caches = arena.alloc_slice_fill_copy(self.view.lights.len(), cache);
         let cut = (pixels < self.whole.len()).then(|| morton_order(self.size));
         let order = cut.as_deref().unwrap_or(self.whole);
+        if let How::Inspect(what) = self.config.integrator {
+            return self.inspect(what, order, (arena, trace), (color, alpha, aovs), done);
+        }
         let mut record = Vec::new();
         let mut counts = RayCounts::default();
         if let Some(picture) = self.paths {
             if kept > 0 {
                 let scratch = &mut Scratch::new(arena, trace);
-                self.first_hits(order, scratch, color, aovs);
+                self.keep_first_hits(order, scratch, aovs);
             }
             let tile = PathTile {
                 view: self.view,
@@ -312,8 +327,7 @@ impl Tile<'_> {
         }
         let scratch = &mut Scratch::new(arena, trace);
         if kept > 0 && self.config.samples() > 1 {
-            self.first_hits(order, scratch, color, aovs);
-            color.fill([0.0; 3]);
+            self.keep_first_hits(order, scratch, aovs);
         }
         for sample in 0..self.config.samples() {
             let statistics = &mut Statistics {
@@ -342,6 +356,60 @@ impl Tile<'_> {
             *alpha = 1.0 - (1.0 - *alpha) * share;
         }
         self.finish(color, alpha, aovs, done, (&counts, record));
+        counts
+    }
+
+    /// Shows what the pixels' rays meet or cost.
+    fn inspect(
+        &self,
+        what: Inspection,
+        order: &[Spot],
+        (arena, trace): (&Bump, &mut TraceScratch),
+        (color, alpha, aovs): (&mut [Rgb], &mut [f32], &mut [AovSample]),
+        done: &Mutex<Rendered>,
+    ) -> RayCounts {
+        let inspector = &Inspector {
+            view: self.view,
+            config: self.config,
+            what,
+            generator: self.generator,
+            corner: self.corner,
+        };
+        color.fill(inspector.nothing());
+        let readings = arena.alloc_slice_fill_copy(color.len(), NOTHING);
+        let mut statistics = Statistics {
+            counts: RayCounts::default(),
+            record: None,
+            sample: 0,
+            pixel_of: &|row| row,
+            memory: None,
+            covered: Some(alpha),
+        };
+        let mut first_hit = |row: u32, surface: &Surface, id: HitId| {
+            let (place, row) = (self.place(row), row as usize);
+            (color[row], readings[row]) = inspector.of_hit(place, surface, id);
+            if let Some(aov) = aovs.get_mut(row) {
+                *aov = self.aov(self.generator, surface, id);
+            }
+        };
+        let mut scratch = Scratch::new(arena, trace);
+        self.first_hits(order, &mut scratch, &mut statistics, &mut first_hit);
+        drop(scratch);
+        let counts = statistics.counts;
+        if let Inspection::Heat(cost) = what {
+            inspector.costs(cost, order, trace, |row, hot, reading| {
+                (color[row as usize], readings[row as usize]) = (hot, reading);
+            });
+        }
+        if self.progress.is_cancelled() {
+            return counts;
+        }
+        self.finish(color, alpha, aovs, done, (&counts, Vec::new()));
+        let mut done = done.lock().unwrap_or_else(|e| e.into_inner());
+        for (row, reading) in readings.iter().enumerate() {
+            let pixel = self.pixel(row as u32) as usize;
+            done.readings[pixel] = *reading;
+        }
         counts
     }
 
@@ -430,22 +498,9 @@ impl Tile<'_> {
         queue.complete(f32::INFINITY, RayKind::Primary);
     }
 
-    /// Finds what the rays through the pixels' centres hit, for the outputs beside the colour
+    /// Keeps what the rays through the pixels' centres hit, for the outputs beside the colour
     /// of a picture whose samples lie elsewhere.
-    fn first_hits(
-        &self,
-        order: &[Spot],
-        scratch: &mut Scratch,
-        color: &mut [Rgb],
-        aovs: &mut [AovSample],
-    ) {
-        let config = self.config;
-        let generator =
-            RayGenerator::new(self.view.camera, config.width, config.height, config.grid);
-        self.queue_rays(&generator, order, None, scratch);
-        let mut first_hit = |row: u32, surface: &Surface, id: HitId| {
-            aovs[row as usize] = self.aov(&generator, surface, id);
-        };
+    fn keep_first_hits(&self, order: &[Spot], scratch: &mut Scratch, aovs: &mut [AovSample]) {
         let statistics = &mut Statistics {
             counts: RayCounts::default(),
             record: None,
@@ -454,12 +509,29 @@ impl Tile<'_> {
             memory: None,
             covered: None,
         };
+        let mut first_hit = |row: u32, surface: &Surface, id: HitId| {
+            aovs[row as usize] = self.aov(self.generator, surface, id);
+        };
+        self.first_hits(order, scratch, statistics, &mut first_hit);
+    }
+
+    /// Finds what the rays through the pixels' centres hit.
+    fn first_hits(
+        &self,
+        order: &[Spot],
+        scratch: &mut Scratch,
+        statistics: &mut Statistics,
+        first_hit: &mut dyn FnMut(u32, &Surface, HitId),
+    ) {
+        self.queue_rays(self.generator, order, None, scratch);
         let integrator = Integrator {
             lights: &[],
             max_depth: 0,
             ..self.integrator()
         };
-        integrator.run(scratch, color, &mut [], statistics, Some(&mut first_hit));
+        // Nobody looks at the emission and the backdrop that are added here.
+        let film = &mut [[0.0; 3]; SIDE * SIDE];
+        integrator.run(scratch, film, &mut [], statistics, Some(first_hit));
     }
 
     fn integrator(&self) -> Integrator<'_> {
@@ -552,35 +624,4 @@ pub fn color_of([r, g, b, there]: &Slot) -> (Rgb, f32) {
 /// its largest number, and what such an overflow leaves undefined is black.
 fn radiance(c: f32) -> f32 {
     if c >= 0.0 { c.min(f32::MAX) } else { 0.0 }
-}
-
-/// A pixel's position relative to the tile's corner, and its row of the film.
-#[derive(Clone, Copy)]
-pub struct Spot {
-    pub x: u32,
-    pub y: u32,
-    pub row: u32,
-}
-
-/// Lists a tile's pixels block by block, each block in Morton order.
-pub fn morton_order((width, height): (u32, u32)) -> Vec<Spot> {
-    let mut order = Vec::with_capacity((width * height) as usize);
-    for block_y in (0..height).step_by(BLOCK as usize) {
-        for block_x in (0..width).step_by(BLOCK as usize) {
-            for code in 0..BLOCK * BLOCK {
-                let x = block_x + every_second_bit(code);
-                let y = block_y + every_second_bit(code >> 1);
-                if x < width && y < height {
-                    let row = y * width + x;
-                    order.push(Spot { x, y, row });
-                }
-            }
-        }
-    }
-    order
-}
-
-/// Packs bits 0, 2, 4 and 6 together.
-pub fn every_second_bit(code: u32) -> u32 {
-    code & 1 | code >> 1 & 2 | code >> 2 & 4 | code >> 3 & 8
 }

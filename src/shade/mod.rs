@@ -1,5 +1,6 @@
 //! Shading: surface evaluation, materials, lights and the integrator.
 
+mod barycentric;
 mod bsdf;
 mod columns;
 mod hit_buffer;
@@ -13,6 +14,7 @@ mod ray_queue;
 mod statistics;
 mod surface;
 
+pub use barycentric::barycentrics;
 pub use bsdf::{BsdfSample, MaterialFlags, reflected, sample_bsdf, spawns_rays};
 pub use columns::{Doubles, STEP, Singles};
 pub use integrate::{Integrator, Scratch};

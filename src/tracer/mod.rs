@@ -6,7 +6,6 @@
 //! (tests/visibility/tracer.rs). Work is distributed over the rayon pool that the caller runs
 //! in.
 
-mod barycentric;
 mod batch;
 mod error;
 
@@ -17,10 +16,10 @@ use crate::accel::{BuildQuality, Density, KdQuality, Structure, World};
 use crate::plan::{Accel, Choices, Kernels, Plan, plan};
 use crate::render::{FinishedTile, Integrator, Picture, Progress, RenderConfig, View, render_with};
 use crate::scene::{Instances, Scene, default_camera, default_lights};
+use crate::shade::barycentrics;
 use crate::trace::{
     self, Caching, Depths, HitIds, Ids, ScratchPool, ShadowCache, Spans, TraceScratch, any, closest,
 };
-use barycentric::barycentrics;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -106,7 +105,7 @@ impl Tracer {
             });
         Hits::new(rays.len(), t, ids, |row, id| {
             let (org, dir) = rays.ray(row);
-            barycentrics(&self.world, org, dir, id)
+            barycentrics(&self.world, org, dir, id).unwrap_or_default()
         })
     }
 

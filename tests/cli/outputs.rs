@@ -351,3 +351,36 @@ fn wait_for(what: &str, is_there: impl Fn() -> bool) {
     }
     panic!("no {what}");
 }
+
+/// What the colours of an inspection mean is said once, beside the picture.
+#[test]
+fn inspections_have_a_legend() {
+    for (integrator, says) in [
+        ("normals", "normals: n as 0.5 + 0.5 n; min, median, max: x "),
+        ("uv", "shapes without triangles grey; min, median, max: u "),
+        (
+            "ids",
+            "a lightness for each primitive; min, median, max: instance ",
+        ),
+        (
+            "heat",
+            "heat: nodes + tests + 16 escalations of the camera ray",
+        ),
+        ("heat:tests", "heat: tests of the camera ray"),
+    ] {
+        let folder = folder();
+        let output = lanecast(folder.path(), &small(&["--integrator", integrator]));
+        let said = stderr(&output);
+        assert!(output.status.success(), "{said}");
+        assert_eq!(said.lines().count(), 1, "{said}");
+        assert!(
+            said.contains(says) && said.contains("of 15 pixels"),
+            "{said}"
+        );
+        assert_eq!(names(folder.path()), ["lanecast.png"]);
+        for option in [["--spp", "2"], ["--max-depth", "1"], ["--noise", "0.1"]] {
+            let arguments = small(&[&["--integrator", integrator], &option[..]].concat());
+            fails(&arguments, 2, &format!("leave out {}", option[0]));
+        }
+    }
+}

@@ -2,6 +2,7 @@
 
 mod closed_forms;
 mod identity;
+mod inspections;
 mod media;
 mod pictures;
 mod sampling;

@@ -1,9 +1,10 @@
 //! Options of how light is found: integrator, samples, pixel filter.
 
 use super::values::one_of;
+use crate::cli::error::CliError;
 use crate::light::filter::Kind as FilterKind;
 use crate::light::sampler::Kind as SamplerKind;
-use crate::render::{Adaptive, Grid, Integrator, RenderConfig};
+use crate::render::{Adaptive, Cost, Grid, Inspection, Integrator, RenderConfig};
 use crate::scene::Tables;
 use clap::{Args, value_parser};
 use std::ops::Range;
@@ -15,7 +16,9 @@ const MOST_SAMPLES: u32 = 65_536;
 pub struct LightArgs {
     /// How light is found: direct (lights without extent, mirrors and glass), path (paths from
     /// all that shines, scattered everywhere), ao (how much of a white sky surfaces see), or
-    /// auto, which is path where only it finds all light of the scene, or the scene has none
+    /// auto, which is path where only it finds all light of the scene, or the scene has none; or what
+    /// is shown in its place, by a ray through each pixel: normals, uv (barycentric), ids, or heat
+    /// (what the ray costs; heat:nodes, heat:tests or heat:escalations for a part of it)
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = parse_integrator)]
     pub integrator: IntegratorChoice,
     /// Samples per pixel; paths are noisier by half at a fourth, and best at powers of two
@@ -52,6 +55,25 @@ pub struct Samples(pub Range<u32>);
 pub struct IntegratorChoice(pub Option<Integrator>);
 
 impl LightArgs {
+    /// Refuses options that the integrator would not heed.
+    pub fn check(&self) -> Result<(), CliError> {
+        let Some(Integrator::Inspect(_)) = self.integrator.0 else {
+            return Ok(());
+        };
+        let given = [
+            ("--spp", self.spp.is_some()),
+            ("--samples", self.samples.is_some()),
+            ("--noise", self.noise.is_some()),
+            ("--max-depth", self.max_depth.is_some()),
+        ];
+        match given.iter().find(|(_, is)| *is) {
+            Some((name, _)) => Err(CliError::Usage(format!(
+                "this integrator shows what one ray through each pixel meets; leave out {name}"
+            ))),
+            None => Ok(()),
+        }
+    }
+
     /// Completes a configuration for a scene.
     pub fn complete(&self, config: RenderConfig, scene: &Tables) -> RenderConfig {
         let needed = || match scene.is_dark() || scene.has_soft_light() {
@@ -64,12 +86,13 @@ impl LightArgs {
             Integrator::Direct => (config.spp, 5),
             Integrator::Path => (64, 16),
             Integrator::Ao => (64, 1),
+            Integrator::Inspect(_) => (1, 0),
         };
         let spp = match config.grid {
             Grid::Centers => self.spp.unwrap_or(spp),
             Grid::Corners => 1,
         };
-        let paths = integrator != Integrator::Direct;
+        let paths = matches!(integrator, Integrator::Path | Integrator::Ao);
         let adaptive = self.noise.filter(|_| paths).map(|noise| Adaptive {
             noise,
             most: self.max_spp.unwrap_or(1024),
@@ -88,6 +111,7 @@ impl LightArgs {
 
 fn parse_integrator(text: &str) -> Result<IntegratorChoice, String> {
     let choice = |integrator| IntegratorChoice(Some(integrator));
+    let inspect = |what| choice(Integrator::Inspect(what));
     one_of(
         text,
         &[
@@ -95,6 +119,16 @@ fn parse_integrator(text: &str) -> Result<IntegratorChoice, String> {
             ("direct", choice(Integrator::Direct)),
             ("path", choice(Integrator::Path)),
             ("ao", choice(Integrator::Ao)),
+            ("normals", inspect(Inspection::Normals)),
+            ("uv", inspect(Inspection::Uv)),
+            ("ids", inspect(Inspection::Ids)),
+            ("heat", inspect(Inspection::Heat(Cost::All))),
+            ("heat:nodes", inspect(Inspection::Heat(Cost::Nodes))),
+            ("heat:tests", inspect(Inspection::Heat(Cost::Tests))),
+            (
+                "heat:escalations",
+                inspect(Inspection::Heat(Cost::Escalations)),
+            ),
         ],
     )
 }

@@ -532,6 +532,7 @@ impl RenderArgs {
     pub fn config(&self) -> Result<RenderConfig, CliError> {
         let config = self.common.config(RENDER_SIZE)?;
         self.build.check(self.common.accel)?;
+        self.light.check()?;
         let corners = config.grid == Grid::Corners;
         if let (true, Some(spp @ 2..)) = (corners, self.light.spp) {
             return Err(CliError::Usage(format!(

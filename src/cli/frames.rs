@@ -8,10 +8,10 @@
 
 use super::args::RenderArgs;
 use super::error::CliError;
-use super::interrupt;
 use super::output::{Results, check_destinations, printable_line};
 use super::pipeline::{Prepared, complete, load, named, structure};
 use super::progress::{Drawing, rate};
+use super::{ground, interrupt};
 use crate::accel::{KeptTrees, RefitOutcome, WORST_REFIT, World};
 use crate::io::{AovSet, Development, LoadError, picture_files};
 use crate::measure::{FrameStats, Stats, Watch};
@@ -41,7 +41,12 @@ pub fn run(
     let options = args.common.load_options(outputs);
     let scene = args.scene.as_deref();
     let loaded = load(scene, &options, &mut watch, &mut stats)?;
-    let config = &args.light.complete(config.clone(), &loaded);
+    let config = args.light.complete(config.clone(), &loaded);
+    let (loaded, config) = match args.light.ground {
+        true => ground::stand(loaded, named(scene), config)?,
+        false => (loaded, config),
+    };
+    let config = &config;
     stats.picture.spp = config.spp;
     let development = &match config.integrator {
         Integrator::Path => args.development.of_paths(*development),

@@ -15,6 +15,7 @@ mod error;
 mod export;
 mod extremes;
 mod frames;
+mod ground;
 mod interrupt;
 mod measure;
 mod memory;

@@ -5,7 +5,7 @@ use super::error::CliError;
 use super::output::{Results, check_destinations, printable_line};
 use super::pipeline::{complete, load, named};
 use super::progress::{Drawing, rate};
-use super::{interrupt, memory};
+use super::{ground, interrupt, memory};
 use crate::light::sampler::Kind;
 use crate::measure::{Stats, Watch};
 use crate::render::{Grid, Integrator, RenderConfig, View, is_part, parts_of, render_part};
@@ -37,6 +37,10 @@ pub fn run(
         ));
     }
     config.spp = samples.end;
+    let (scene, config) = match args.light.ground {
+        true => ground::stand(scene, named(path), config)?,
+        false => (scene, config),
+    };
     stats.picture.spp = samples.end - samples.start;
     let prepared = complete(scene, named(path), &config, &mut watch, &mut stats)?;
     interrupt::check(&progress)?;

@@ -5,7 +5,7 @@ use super::error::CliError;
 use super::output::{Results, check_destinations, complain, printable_line};
 use super::pipeline::{complete, load, named};
 use super::progress::{Drawing, rate};
-use super::{frames, interrupt, memory, part};
+use super::{frames, ground, interrupt, memory, part};
 use crate::io::picture_files;
 use crate::measure::{PictureSize, Stats, Watch};
 use crate::render::{Integrator, RenderConfig, Rendered, View, legend};
@@ -45,6 +45,10 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     let options = args.common.load_options(outputs);
     let scene = load(path, &options, &mut watch, &mut stats)?;
     let config = args.light.complete(config, &scene);
+    let (scene, config) = match args.light.ground {
+        true => ground::stand(scene, named(path), config)?,
+        false => (scene, config),
+    };
     stats.picture.spp = config.spp;
     let development = match config.integrator {
         Integrator::Path => args.development.of_paths(development),

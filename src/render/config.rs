@@ -12,6 +12,7 @@ use crate::light::sampler::Kind as SamplerKind;
 use crate::plan::Choices;
 use crate::roots::Solver;
 use crate::scene::Rgb;
+use crate::shade::path::Ground;
 use crate::trace::Caching;
 
 #[derive(Clone, Debug, PartialEq)]
@@ -50,6 +51,9 @@ pub struct RenderConfig {
     /// A camera's name, or its index from 0; `None` selects the first.
     pub camera: Option<String>,
     pub aovs: AovSet,
+    /// The ground that was put under the scene, which fades out of the picture; only paths
+    /// let it.
+    pub ground: Option<Ground>,
     /// What camera rays that meet nothing show.
     pub backdrop: Backdrop,
     pub tiles: TileOrder,
@@ -96,6 +100,7 @@ impl Default for RenderConfig {
             max_depth: 5,
             camera: None,
             aovs: AovSet::default(),
+            ground: None,
             backdrop: Backdrop::default(),
             tiles: TileOrder::default(),
         }

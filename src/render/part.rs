@@ -134,7 +134,7 @@ fn picture_key(view: &View, config: &RenderConfig) -> u128 {
     );
     let _ = write!(
         key,
-        "{} {} {:?} {:?} {:?} {} {} {} {:?}",
+        "{} {} {:?} {:?} {:?} {} {} {} {:?} {:?}",
         config.width,
         config.height,
         config.integrator,
@@ -144,6 +144,7 @@ fn picture_key(view: &View, config: &RenderConfig) -> u128 {
         config.frame,
         config.max_depth,
         config.backdrop,
+        config.ground,
     );
     key.0
 }

@@ -20,7 +20,7 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// What stands behind things in the studio: a light grey.
-const STUDIO_BACKDROP: Rgb = [0.72; 3];
+pub const STUDIO_BACKDROP: Rgb = [0.72; 3];
 
 /// What all tiles of a path-traced picture share.
 pub struct PathPicture {
@@ -153,6 +153,7 @@ impl PathTile<'_> {
             media: picture.media.eye,
             solids: picture.media.solids.as_ref(),
             backdrop: picture.backdrop,
+            ground: self.config.ground,
             cancel: self.cancel,
         };
         let pixels = self.order.len();

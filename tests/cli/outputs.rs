@@ -379,7 +379,7 @@ fn inspections_have_a_legend() {
         );
         assert_eq!(names(folder.path()), ["lanecast.png"]);
         for option in [["--spp", "2"], ["--max-depth", "1"], ["--noise", "0.1"]] {
-            let arguments = small(&[&["--integrator", integrator], &option[..]].concat());
+            let arguments = small(&[&["--integrator", integrator][..], &option].concat());
             fails(&arguments, 2, &format!("leave out {}", option[0]));
         }
     }

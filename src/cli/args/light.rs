@@ -21,6 +21,9 @@ pub struct LightArgs {
     /// (what the ray costs; heat:nodes, heat:tests or heat:escalations for a part of it)
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = parse_integrator)]
     pub integrator: IntegratorChoice,
+    /// Stand the scene on a matte ground that goes over into the background; seen by paths
+    #[arg(long)]
+    pub ground: bool,
     /// Samples per pixel; paths are noisier by half at a fourth, and best at powers of two
     /// [default: 64 for paths, else 1]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=65_536))]
@@ -76,7 +79,7 @@ impl LightArgs {
 
     /// Completes a configuration for a scene.
     pub fn complete(&self, config: RenderConfig, scene: &Tables) -> RenderConfig {
-        let needed = || match scene.is_dark() || scene.has_soft_light() {
+        let needed = || match self.ground || scene.is_dark() || scene.has_soft_light() {
             // One ray through each corner is no estimate of anything.
             true if config.grid == Grid::Centers => Integrator::Path,
             _ => Integrator::Direct,

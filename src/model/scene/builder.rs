@@ -219,6 +219,15 @@ impl SceneBuilder {
     }
 }
 
+/// Goes on from a scene; its rows keep their ids.
+impl From<Scene> for SceneBuilder {
+    fn from(scene: Scene) -> SceneBuilder {
+        SceneBuilder {
+            tables: Arc::unwrap_or_clone(scene.tables),
+        }
+    }
+}
+
 macro_rules! builder {
     ($([$kind:ident $field:ident $table:ident $id:ident $name:literal $number:literal $($function:ident)?])*) => {
         /// Functions for the kinds whose row is one value.

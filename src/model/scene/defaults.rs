@@ -25,11 +25,23 @@ const HEADLIGHT: f64 = 0.65;
 /// The direction of the key light's source: to the camera's left, up, and back.
 const KEY: [f64; 3] = [-0.6, 0.7, 0.75];
 
+/// Returns a box of all bounded instances in world space, by the vertices of meshes and the
+/// corners of other shapes' boxes; `None` if there are none.
+pub fn framed_bounds(scene: &Tables, instances: &Instances) -> Option<Aabb> {
+    let bounds = bounds_of(&Points::of(scene, instances));
+    (!bounds.is_empty()).then_some(bounds)
+}
+
+fn bounds_of(points: &Points) -> Aabb {
+    let mut bounds = Aabb::EMPTY;
+    points.each(|p| bounds = bounds.union(&Aabb::new(p, p)));
+    bounds
+}
+
 /// Returns a view of all bounded instances; `aspect` is width over height.
 pub fn default_camera(scene: &Tables, instances: &Instances, aspect: f64) -> Camera {
     let points = Points::of(scene, instances);
-    let mut bounds = Aabb::EMPTY;
-    points.each(|p| bounds = bounds.union(&Aabb::new(p, p)));
+    let bounds = bounds_of(&points);
     let framed = !bounds.is_empty() && bounds.max_abs() < 1e150;
     let back = TOWARDS_EYE.normalize();
     let axes = Camera::perspective(back, DVec3::ZERO, DVec3::Y, FOV_Y);

@@ -3,6 +3,7 @@
 
 use super::materials::Rgb;
 use glam::DVec3;
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,6 +68,27 @@ pub struct Environment {
 }
 
 impl Environment {
+    /// Returns the radiance of a white matte surface of a normal, unit, that nothing hides from
+    /// the map; the map's rotation is left out.
+    pub fn radiance_of_white(&self, normal: DVec3) -> [f64; 3] {
+        let (height, width) = (f64::from(self.height), f64::from(self.width));
+        let mut sum = [0.0; 3];
+        for row in 0..self.height {
+            let (sin, y) = libm::sincos((f64::from(row) + 0.5) / height * PI);
+            let area = sin * (PI / height) * (2.0 * PI / width);
+            for column in 0..self.width {
+                let (x, z) = libm::sincos(((f64::from(column) + 0.5) / width - 0.5) * 2.0 * PI);
+                let towards = DVec3::new(sin * x, y, -sin * z);
+                let share = towards.dot(normal).max(0.0) * area / PI;
+                let pixel = self.pixels[(row * self.width + column) as usize];
+                for k in 0..3 {
+                    sum[k] += f64::from(pixel[k] * self.scale[k]) * share;
+                }
+            }
+        }
+        sum
+    }
+
     /// Returns the bytes of the map.
     pub fn bytes(&self) -> usize {
         self.pixels.len() * size_of::<Rgb>()

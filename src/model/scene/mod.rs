@@ -43,7 +43,7 @@ pub use csg_bounds::operand_bounds;
 pub use csg_solid::operands_first;
 pub use csg_solid::{CsgOperand, CsgSolid, Frame, MAX_OPERANDS, MAX_SURFACES};
 pub use csg_tables::{CsgTables, Operand};
-pub use defaults::{default_camera, default_lights};
+pub use defaults::{default_camera, default_lights, framed_bounds};
 pub use error::{Entity, EntityKind, SceneError};
 pub use graph_order::{children_first, used_nodes};
 pub use hull::coarse_corners;

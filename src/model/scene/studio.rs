@@ -109,17 +109,7 @@ mod tests {
             -DVec3::Z,
         ];
         for normal in normals.into_iter().chain([-camera.forward]) {
-            let mut shown = 0.0;
-            for (i, pixel) in map.pixels.iter().enumerate() {
-                let (row, column) = (i as u32 / WIDTH, i as u32 % WIDTH);
-                let polar = (f64::from(row) + 0.5) / f64::from(HEIGHT) * PI;
-                let turn = ((f64::from(column) + 0.5) / f64::from(WIDTH) - 0.5) * 2.0 * PI;
-                let (sin, cos) = libm::sincos(polar);
-                let (x, z) = libm::sincos(turn);
-                let towards = DVec3::new(sin * x, cos, -sin * z);
-                let area = sin * (PI / f64::from(HEIGHT)) * (2.0 * PI / f64::from(WIDTH));
-                shown += f64::from(pixel[0]) * towards.dot(normal).max(0.0) * area / PI;
-            }
+            let [shown, _, _] = map.radiance_of_white(normal);
             assert!((0.2..1.05).contains(&shown), "{normal}: {shown}");
         }
     }

@@ -7,6 +7,7 @@
 //! own slot, so no order of rays, tiles, threads or lanes can show.
 
 mod emission;
+mod ground;
 mod hit_columns;
 mod luminaires;
 mod media;
@@ -14,6 +15,7 @@ mod scatter;
 mod shadows;
 mod state;
 
+pub use ground::Ground;
 pub use luminaires::Luminaires;
 pub use media::MediaField;
 pub use state::Media;
@@ -217,6 +219,8 @@ pub struct PathTracer<'w> {
     pub solids: Option<&'w Solids>,
     /// What camera rays see where they meet nothing.
     pub backdrop: Seen,
+    /// The ground that the scene stands on, if it fades.
+    pub ground: Option<Ground>,
     /// Cancellation flag, read before every wave.
     pub cancel: &'w AtomicBool,
 }

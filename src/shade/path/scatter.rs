@@ -78,6 +78,20 @@ impl PathTracer<'_> {
             // The rest of the number is as good as new.
             lobe = (lobe / opacity).min(Singles::splat(1.0 - f32::EPSILON));
         }
+        if let Some(ground) = self.ground.filter(|g| g.material.index() as u32 == number) {
+            for i in 0..STEP {
+                let (ray, hit) = (spot.rays[i] as usize, spot.hits[i] as usize);
+                if !wave.straight[ray] {
+                    continue;
+                }
+                let opacity = match buffer.side[hit] > 0.0 {
+                    true => ground.opacity_at(buffer.point.get(hit)),
+                    false => 0.0,
+                };
+                passing |= u32::from(lobe.to_array()[i] >= opacity) << i & spot.lanes;
+            }
+            // Matte ground has one lobe, and needs the number no more.
+        }
         if passing != 0 {
             self.pass(wave, buffer, &spot, passing, next);
             spot.lanes &= !passing;

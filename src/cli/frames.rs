@@ -9,7 +9,7 @@
 use super::args::RenderArgs;
 use super::error::CliError;
 use super::output::{Results, check_destinations, printable_line};
-use super::pipeline::{Prepared, complete, load, named, structure};
+use super::pipeline::{Prepared, complete, load, named, structure, warn_of_areas};
 use super::progress::{Drawing, rate};
 use super::{ground, interrupt};
 use crate::accel::{KeptTrees, RefitOutcome, WORST_REFIT, World};
@@ -47,6 +47,7 @@ pub fn run(
         false => (loaded, config),
     };
     let config = &config;
+    warn_of_areas(&loaded, config);
     stats.picture.spp = config.spp;
     let development = &match config.integrator {
         Integrator::Path => args.development.of_paths(*development),

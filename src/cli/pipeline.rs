@@ -2,6 +2,7 @@
 //! plan → build. The caller times and uses the parts.
 
 use super::error::CliError;
+use super::output::complain;
 use super::scene;
 use crate::accel::{BuildQuality, KdQuality, Structure, World};
 use crate::io::{LoadError, LoadOptions};
@@ -126,6 +127,18 @@ pub fn complete(
         counts,
         pool,
     })
+}
+
+/// Warns that direct light makes points of lights with an area.
+pub fn warn_of_areas(scene: &Scene, config: &RenderConfig) {
+    let areas = scene.lights.iter().filter(|light| light.area() > 0.0);
+    let count = areas.count();
+    if config.integrator == Integrator::Direct && count > 0 {
+        complain(&format!(
+            "warning: direct light takes {count} × rectangle or disc for points of their power in \
+             their middles; --integrator path shows them"
+        ));
+    }
 }
 
 impl Prepared {

@@ -246,10 +246,7 @@ fn cosine_distributed(n: DVec3, number: u64) -> DVec3 {
 /// left of the camera: eye + (0.6·up − 0.4·right)·d, where d is the distance from the
 /// eye to the centre of all bounded shapes.
 pub fn light_of(world: &World, camera: &Camera) -> DVec3 {
-    let first = world.scene.lights.iter().find_map(|light| match light {
-        Light::Point { position, .. } | Light::Spot { position, .. } => Some(*position),
-        Light::Directional { .. } => None,
-    });
+    let first = world.scene.lights.iter().find_map(Light::position);
     first.unwrap_or_else(|| {
         let bounds = world.bounds.widened();
         let middle = bounds.center() + world.center;
@@ -265,7 +262,7 @@ pub fn light_of(world: &World, camera: &Camera) -> DVec3 {
 pub fn direction_of(world: &World, light: DVec3) -> DVec3 {
     let first = world.scene.lights.iter().find_map(|light| match light {
         Light::Directional { direction, .. } => Some(*direction),
-        Light::Point { .. } | Light::Spot { .. } => None,
+        _ => None,
     });
     let direction = first.unwrap_or_else(|| middle(world) - light);
     // The vector is scaled before it is squared, since any length is allowed.

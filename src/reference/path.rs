@@ -55,6 +55,10 @@ pub fn shadow(
             let p = position.to_array();
             (std::array::from_fn(|k| p[k] - start[k]), 1.0)
         }
+        Light::Rectangle { center, .. } | Light::Disc { center, .. } => {
+            let p = center.to_array();
+            (std::array::from_fn(|k| p[k] - start[k]), 1.0)
+        }
         Light::Directional { direction, .. } => (direction.to_array().map(|x| -x), f64::INFINITY),
     };
     let above = dot(normal, to_light);

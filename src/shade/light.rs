@@ -24,8 +24,8 @@ pub struct LightSample {
 /// move it by ([`LIGHT_END`]).
 pub fn shadow_t_max(light: &Light) -> f32 {
     match light {
-        Light::Point { .. } | Light::Spot { .. } => LIGHT_END,
         Light::Directional { .. } => f32::INFINITY,
+        _ => LIGHT_END,
     }
 }
 
@@ -38,12 +38,12 @@ pub fn shadow_dirs(
     org: Vec3<Doubles>,
     towards: Vec3<Doubles>,
 ) -> (Vec3<Doubles>, LaneMask) {
-    match light {
-        Light::Point { position, .. } | Light::Spot { position, .. } => {
+    match light.position() {
+        Some(position) => {
             let dir = Vec3::splat(position.to_array()) - org;
             (dir, dir.max_abs().gt(Doubles::zero()))
         }
-        Light::Directional { .. } => (towards, LaneMask::splat(true)),
+        None => (towards, LaneMask::splat(true)),
     }
 }
 
@@ -85,6 +85,11 @@ impl LightSample {
                     towards,
                     irradiance: irradiance.map(Singles::splat),
                 }
+            }
+            // Only paths find light with an extent.
+            Light::Rectangle { center, .. } | Light::Disc { center, .. } => {
+                let intensity = light.mean_intensity();
+                LightSample::from_point(*center, intensity, Falloff::InverseSquare, point)
             }
         }
     }

@@ -40,6 +40,32 @@ fn has(text: &str, wanted: &[&str]) {
 }
 
 #[test]
+fn lights_with_an_area_are_grids_of_points() {
+    let text = text(
+        "[[light]]
+        rectangle = { center = [0, 3, 0], edge_u = [0, 0, 2], edge_v = [4, 0, 0], radiance = [1, 1, 1] }
+        [[light]]
+        disc = { center = [0, 5, 0], normal = [0, -2, 0], radius = 2, radiance = [1, 1, 1], two_sided = true }
+        [shape]
+        a.sphere = { center = [0, 0, 0], radius = 1 }
+        [[instance]]
+        shape = 'a'",
+    );
+    has(
+        &text,
+        &[
+            "light_source { <0, 3, 0>",
+            "spotlight radius 90 falloff 90 tightness 1 point_at <0, 4, 0>",
+            "area_light <0, 0, 2>, <4, 0, 0>, 9, 9 adaptive 1 jitter }",
+            "point_at <0, 4, 0>",
+            "9, 9 circular adaptive 1 jitter }",
+            "point_at <0, 6, 0>",
+        ],
+    );
+    assert_eq!(text.matches("light_source").count(), 3);
+}
+
+#[test]
 fn every_kind_is_written() {
     let text = text(
         "[shape]

@@ -122,6 +122,64 @@ fn a_square_light_above_a_floor() {
     check("square light", scene, 1, 0.5 * 0.5541264240);
 }
 
+/// Lights of the table with an area: matte floors see them as they would a body.
+#[test]
+fn rectangles_and_discs_of_light_above_a_floor() {
+    let mut scene = SceneBuilder::default();
+    floor(&mut scene, lambert(0.5));
+    scene.light(Light::Rectangle {
+        center: DVec3::Y,
+        edges: [DVec3::X * 2.0, DVec3::Z * 2.0],
+        radiance: [2.0; 3],
+        two_sided: false,
+    });
+    // It shines along x × z = -y.
+    check("rectangle of light", scene, 1, 0.5541264240);
+    let mut scene = SceneBuilder::default();
+    floor(&mut scene, lambert(0.5));
+    for (height, two_sided, normal) in [
+        (1.0, false, -DVec3::Y * 3.0),
+        (1.5, false, DVec3::Y),
+        (2.0, true, DVec3::Y),
+    ] {
+        scene.light(Light::Disc {
+            center: DVec3::Y * height,
+            normal,
+            radius: 1.0,
+            radiance: [1.0; 3],
+            two_sided,
+        });
+    }
+    // The second one shines away from the floor.
+    check("discs of light", scene, 1, 0.5 * (1.0 / 2.0 + 1.0 / 5.0));
+}
+
+#[test]
+fn mirrors_show_rectangles_and_discs_of_light_and_the_camera_does_not() {
+    for (direction, expected) in [(-DVec3::Y, 3.0), (DVec3::Y, 0.0)] {
+        let mut scene = SceneBuilder::default();
+        let mirror = Material {
+            model: Model::Phong {
+                diffuse: [0.0; 3],
+                specular: [0.0; 3],
+                exponent: 1.0,
+                mirror: [1.0; 3],
+            },
+            ..Material::default()
+        };
+        floor(&mut scene, mirror);
+        // Between the camera and the floor, and seen in it.
+        scene.light(Light::Disc {
+            center: DVec3::Y * 5e-4,
+            normal: direction,
+            radius: 1e-3,
+            radiance: [3.0; 3],
+            two_sided: false,
+        });
+        check("mirrored disc", scene, 1, expected);
+    }
+}
+
 #[test]
 fn a_triangle_light_beside_a_floor() {
     let mut scene = SceneBuilder::default();

@@ -322,8 +322,44 @@ impl Writer<'_> {
                     color("irradiance", *irradiance)
                 )
             }
+            Light::Rectangle {
+                center,
+                edges: [u, v],
+                radiance,
+                two_sided,
+            } => {
+                let map = frame(*u / 2.0, *v / 2.0, u.cross(*v).normalize(), *center);
+                self.area_light("rectangle", &map, *radiance, *two_sided)
+            }
+            Light::Disc {
+                center,
+                normal,
+                radius,
+                radiance,
+                two_sided,
+            } => {
+                let normal = normal.normalize();
+                let (x, y) = normal.any_orthonormal_pair();
+                let map = frame(x * *radius, y * *radius, normal, *center);
+                self.area_light("disk", &map, *radiance, *two_sided)
+            }
         };
         let _ = writeln!(self.xml, "  {text}");
+    }
+
+    /// Returns a shape that shines along its normal.
+    fn area_light(&mut self, kind: &str, map: &Affine, radiance: Rgb, two_sided: bool) -> String {
+        self.notes.similar("flat light, which can be seen");
+        if two_sided {
+            self.notes.similar("flat light, which shines on one side");
+        }
+        format!(
+            "<shape type=\"{kind}\">{}<bsdf type=\"diffuse\">{}</bsdf>\
+             <emitter type=\"area\">{}</emitter></shape>",
+            to_world(map),
+            color("reflectance", [0.0; 3]),
+            color("radiance", radiance)
+        )
     }
 }
 

@@ -15,7 +15,7 @@
 //!   distribution, but Smith's masking as a product and no Schlick term;
 //! - a half-space becomes a large square;
 //! - a flat shape shines on one side only, that towards the middle of the scene;
-//! - the ball of a point light can be seen; a spot light fades linearly with the angle; the disc
+//! - the ball of a point light, rectangles and discs of light can be seen; a spot light fades linearly with the angle; the disc
 //!   of a directional light is a point;
 //! - CSG solids, ellipsoids, cones, prisms, quadrics and implicit surfaces, and spheres and
 //!   cylinders under transforms that deform them, are missing.

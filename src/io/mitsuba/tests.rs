@@ -79,6 +79,38 @@ fn exact_scenes_have_no_warning() {
 }
 
 #[test]
+fn rectangles_and_discs_of_light_shine_along_their_normals() {
+    let text = format!(
+        "{CAMERA}[[light]]\nrectangle = {{ center = [0, 3, 0], edge_u = [0, 0, 2], edge_v = [4, 0, 0], radiance = [1, 2, 3] }}\n\
+         [[light]]\ndisc = {{ center = [1, 0, 0], normal = [0, 0, 2], radius = 2, radiance = [4, 5, 6], two_sided = true }}\n\
+         [shape.ball]\nsphere = {{ center = [0, 0, 0], radius = 1 }}\n[[instance]]\nshape = 'ball'\n"
+    );
+    let made = export(&text).unwrap();
+    let told = made.warning.unwrap();
+    for part in [
+        "2 × flat light, which can be seen",
+        "1 × flat light, which shines on one side",
+    ] {
+        assert!(told.contains(part), "{told}");
+    }
+    let lines: Vec<&str> = made
+        .xml
+        .lines()
+        .filter(|l| l.contains("\"area\""))
+        .collect();
+    // Columns are half the edges, the normal u × v = 8y, unit, and the middle.
+    let rectangle = "<matrix value=\"0 2 0 0 0 0 1 3 1 0 0 0 0 0 0 1\"/>";
+    assert!(
+        lines[0].contains("\"rectangle\"") && lines[0].contains(rectangle),
+        "{lines:?}"
+    );
+    assert!(
+        lines[1].contains("\"disk\"") && lines[1].contains("4 5 6"),
+        "{lines:?}"
+    );
+}
+
+#[test]
 fn what_is_similar_or_missing_is_counted() {
     let text = format!(
         "{CAMERA}[[light]]\nspot = {{ position = [0, 4, 0], direction = [0, -1, 0], intensity = [1, 1, 1], angle = 60 }}\n\

@@ -134,8 +134,18 @@ pub(super) fn camera(source: &Source, row: &At<schema::Camera>) -> Result<Camera
 
 pub(super) fn light(source: &Source, row: &At<schema::Light>) -> Result<Light> {
     let light = &row.value;
-    match (&light.point, &light.spot, &light.directional) {
-        (Some(lamp), None, None) => Ok(Light::Point {
+    let given = [
+        ("point", light.point.is_some()),
+        ("spot", light.spot.is_some()),
+        ("directional", light.directional.is_some()),
+        ("rectangle", light.rectangle.is_some()),
+        ("disc", light.disc.is_some()),
+    ];
+    if given.iter().filter(|(_, is)| *is).count() != 1 {
+        return Err(not_one(source, row.at, "a light", &given));
+    }
+    if let Some(lamp) = &light.point {
+        return Ok(Light::Point {
             position: DVec3::from_array(lamp.position),
             intensity: lamp.intensity,
             falloff: match lamp.falloff {
@@ -143,28 +153,47 @@ pub(super) fn light(source: &Source, row: &At<schema::Light>) -> Result<Light> {
                 Some(schema::Falloff::None) => Falloff::None,
             },
             radius: lamp.radius.unwrap_or(0.0),
-        }),
-        (None, Some(lamp), None) => Ok(Light::Spot {
+        });
+    }
+    if let Some(lamp) = &light.spot {
+        return Ok(Light::Spot {
             position: DVec3::from_array(lamp.position),
             direction: not_zero(source, "direction", &lamp.direction)?,
             intensity: lamp.intensity,
             inner: half_angle(lamp.full.unwrap_or(0.0)),
             outer: half_angle(lamp.angle),
             radius: lamp.radius.unwrap_or(0.0),
-        }),
-        (None, None, Some(sun)) => Ok(Light::Directional {
+        });
+    }
+    if let Some(panel) = &light.rectangle {
+        return Ok(Light::Rectangle {
+            center: DVec3::from_array(panel.center),
+            edges: [panel.edge_u, panel.edge_v].map(DVec3::from_array),
+            radiance: panel.radiance,
+            two_sided: panel.two_sided.unwrap_or(false),
+        });
+    }
+    if let Some(disc) = &light.disc {
+        let radius = disc.radius.value;
+        if !(radius > 0.0 && radius.is_finite()) {
+            let message = format!("radius = {radius}; it must be greater than 0, and finite");
+            return Err(source.error(disc.radius.at, message));
+        }
+        return Ok(Light::Disc {
+            center: DVec3::from_array(disc.center),
+            normal: not_zero(source, "normal", &disc.normal)?,
+            radius,
+            radiance: disc.radiance,
+            two_sided: disc.two_sided.unwrap_or(false),
+        });
+    }
+    match &light.directional {
+        Some(sun) => Ok(Light::Directional {
             direction: not_zero(source, "direction", &sun.direction)?,
             irradiance: sun.irradiance,
             angle: half_angle(sun.angle.unwrap_or(0.0)),
         }),
-        (point, spot, directional) => {
-            let given = [
-                ("point", point.is_some()),
-                ("spot", spot.is_some()),
-                ("directional", directional.is_some()),
-            ];
-            Err(not_one(source, row.at, "a light", &given))
-        }
+        None => Err(not_one(source, row.at, "a light", &given)),
     }
 }
 

@@ -105,6 +105,8 @@ pub struct Light {
     pub point: Option<PointLight>,
     pub spot: Option<SpotLight>,
     pub directional: Option<DirectionalLight>,
+    pub rectangle: Option<RectangleLight>,
+    pub disc: Option<DiscLight>,
 }
 
 /// A light that shines from one point to all sides.
@@ -155,6 +157,36 @@ pub struct DirectionalLight {
     pub irradiance: Color,
     /// Degrees across the light's disc in the sky, as 0.53 for the sun; 0 if absent.
     pub angle: Option<f64>,
+}
+
+/// A rectangle that shines, and that is only seen mirrored.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RectangleLight {
+    pub center: Triple,
+    /// A whole edge; the light shines along edge_u × edge_v.
+    pub edge_u: Triple,
+    /// The other whole edge, at a right angle to the first.
+    pub edge_v: Triple,
+    /// W/(sr·m²).
+    pub radiance: Color,
+    /// Shines on both sides; false if absent.
+    pub two_sided: Option<bool>,
+}
+
+/// A disc that shines, and that is only seen mirrored.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DiscLight {
+    pub center: Triple,
+    /// The way it shines, of any length but 0.
+    pub normal: At<Triple>,
+    /// Greater than 0.
+    pub radius: At<f64>,
+    /// W/(sr·m²).
+    pub radiance: Color,
+    /// Shines on both sides; false if absent.
+    pub two_sided: Option<bool>,
 }
 
 /// A metallic-roughness material; every key may be absent.

@@ -102,6 +102,61 @@ fn light(text: &mut String, light_row: &Light, eye: DVec3, corners: &[DVec3]) {
                 vector(eye)
             );
         }
+        Light::Rectangle {
+            center,
+            edges: [u, v],
+            radiance,
+            two_sided,
+        } => {
+            let normal = u.cross(v).normalize();
+            area_light(
+                text,
+                (center, normal, two_sided),
+                radiance,
+                light_row,
+                [u, v],
+                "",
+            );
+        }
+        Light::Disc {
+            center,
+            normal,
+            radius,
+            radiance,
+            two_sided,
+        } => {
+            let normal = normal.normalize();
+            let (x, y) = normal.any_orthonormal_pair();
+            let across = [x, y].map(|axis| axis * (2.0 * radius));
+            let side = (center, normal, two_sided);
+            area_light(text, side, radiance, light_row, across, " circular");
+        }
+    }
+}
+
+/// Writes a flat light: points in a grid, each a spot light whose intensity falls with the
+/// cosine, as that of a Lambert emitter does.
+fn area_light(
+    text: &mut String,
+    (center, normal, two_sided): (DVec3, DVec3, bool),
+    radiance: Rgb,
+    light: &Light,
+    [u, v]: [DVec3; 2],
+    shape: &str,
+) {
+    let fade = u.length().max(v.length()) * 1e-4;
+    let light = scaled(radiance, light.area() / (2.0 * PI * fade * fade));
+    for side in if two_sided { &[1.0, -1.0][..] } else { &[1.0] } {
+        let _ = writeln!(
+            text,
+            "light_source {{ {} rgb {light} fade_distance {} fade_power 2 spotlight radius 90 \
+             falloff 90 tightness 1 point_at {} area_light {}, {}, 9, 9{shape} adaptive 1 jitter }}",
+            vector(center),
+            number(fade),
+            vector(center + normal * *side),
+            vector(u),
+            vector(v)
+        );
     }
 }
 

@@ -35,6 +35,20 @@ pub enum Body {
         outer: f64,
         radius: f64,
     },
+    /// As [`Light::Rectangle`]: the points of a rectangle; shines along u × v.
+    Panel {
+        corner: DVec3,
+        u: DVec3,
+        v: DVec3,
+        two_sided: bool,
+    },
+    /// As [`Light::Disc`]; the normal is unit.
+    Disc {
+        center: DVec3,
+        normal: DVec3,
+        radius: f64,
+        two_sided: bool,
+    },
     /// As [`Light::Directional`], but for the sign: the direction to the light.
     Sun {
         towards: DVec3,
@@ -46,7 +60,7 @@ pub enum Body {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Emitter {
     pub body: Body,
-    /// The radiance of spheres, triangles and rectangles in W/(sr·m²), the intensity of point
+    /// The radiance of spheres, triangles, rectangles, panels and discs in W/(sr·m²), the intensity of point
     /// and spot lights in W/sr, the irradiance of suns in W/m².
     pub light: Rgb,
 }
@@ -95,6 +109,39 @@ impl From<&Light> for Emitter {
                 },
                 light: irradiance,
             },
+            Light::Rectangle {
+                center,
+                edges: [u, v],
+                radiance,
+                two_sided,
+            } => {
+                // The scene's check allows a slant of 10⁻⁶.
+                let v = v - u * (u.dot(v) / u.length_squared());
+                Emitter {
+                    body: Body::Panel {
+                        corner: center - (u + v) * 0.5,
+                        u,
+                        v,
+                        two_sided,
+                    },
+                    light: radiance,
+                }
+            }
+            Light::Disc {
+                center,
+                normal,
+                radius,
+                radiance,
+                two_sided,
+            } => Emitter {
+                body: Body::Disc {
+                    center,
+                    normal: (normal / normal.abs().max_element()).normalize_or_zero(),
+                    radius,
+                    two_sided,
+                },
+                light: radiance,
+            },
         }
     }
 }
@@ -111,7 +158,7 @@ pub struct Prepared {
 pub fn sides(body: &Body) -> [DVec3; 2] {
     match *body {
         Body::Triangle([p, q, r]) => [p.min(q).min(r), p.max(q).max(r)],
-        Body::Rectangle { corner, u, v } => {
+        Body::Rectangle { corner, u, v } | Body::Panel { corner, u, v, .. } => {
             let corners = [corner, corner + u, corner + v, corner + u + v];
             let low = corners.into_iter().reduce(DVec3::min);
             let high = corners.into_iter().reduce(DVec3::max);
@@ -127,7 +174,8 @@ pub fn sides(body: &Body) -> [DVec3; 2] {
             position: center,
             radius,
             ..
-        } => [center - radius, center + radius],
+        }
+        | Body::Disc { center, radius, .. } => [center - radius, center + radius],
         Body::Sun { towards, .. } => [towards, towards],
     }
 }
@@ -135,6 +183,14 @@ pub fn sides(body: &Body) -> [DVec3; 2] {
 /// The mean of three channels.
 fn mean(light: Rgb) -> f64 {
     light.iter().map(|&x| f64::from(x)).sum::<f64>() / 3.0
+}
+
+/// Returns how a flat emitter faces that shines along its normal, or on both sides.
+fn side(two_sided: bool) -> Facing {
+    match two_sided {
+        true => Facing::Flat,
+        false => Facing::Front,
+    }
 }
 
 /// Prepares an emitter.
@@ -172,6 +228,33 @@ pub fn prepare(emitter: &Emitter) -> Prepared {
             (axis, facing) = (n, Facing::Flat);
             (center, radius) = (corner + (u + v) / 2.0, (u + v).length() / 2.0);
             (area, kind) = (row.s * row.t, Kind::Rectangle);
+        }
+        Body::Panel {
+            corner,
+            u,
+            v,
+            two_sided,
+        } => {
+            let like = prepare(&Emitter {
+                body: Body::Rectangle { corner, u, v },
+                light,
+            });
+            row = like.row;
+            (axis, facing) = (DVec3::from_array(row.n), side(two_sided));
+            (center, radius) = (DVec3::from_array(like.bounds.center), like.bounds.radius);
+            (area, kind) = (row.s * row.t, Kind::Panel);
+        }
+        Body::Disc {
+            center: c,
+            normal,
+            radius: r,
+            two_sided,
+        } => {
+            let [u, v] = sphere::tangents::<f32>(normal.into());
+            (row.u, row.v) = (DVec3::from(u).to_array(), DVec3::from(v).to_array());
+            (row.n, row.s, row.origin) = (normal.to_array(), r, c.to_array());
+            (axis, facing) = (normal, side(two_sided));
+            (center, radius, area, kind) = (c, r, PI * r * r, Kind::Disc);
         }
         Body::Point {
             position,
@@ -225,7 +308,14 @@ pub fn prepare(emitter: &Emitter) -> Prepared {
     if kind == Kind::Ball && mean(light) / (PI * radius * radius) > f64::from(f32::MAX) {
         kind = Kind::Point;
     }
-    let flat = [Kind::Triangle, Kind::Rectangle, Kind::Sphere].contains(&kind);
+    let flat = [
+        Kind::Triangle,
+        Kind::Rectangle,
+        Kind::Sphere,
+        Kind::Panel,
+        Kind::Disc,
+    ]
+    .contains(&kind);
     if flat || kind == Kind::Ball || kind == Kind::Point {
         if !flat || kind == Kind::Sphere {
             row.origin = center.to_array();

@@ -33,6 +33,8 @@ pub enum Facing {
     All,
     /// As the cosine to its axis, on both sides.
     Flat,
+    /// As the cosine to its axis, on that side alone.
+    Front,
     /// As the square of `slope`·cos + `start`, cut to [0, 1].
     Spot {
         slope: f32,
@@ -95,6 +97,7 @@ impl<L: Lanes<Scalar = f32>> Receiver<L> {
         let lit = match bounds.facing {
             Facing::All => decrease,
             Facing::Flat => decrease * cone.cosine(axis().abs()),
+            Facing::Front => decrease * cone.cosine(-axis()),
             Facing::Spot { slope, start } => {
                 // The addend covers what f32 loses in narrow cones.
                 let ramp = L::splat(start) - axis() * L::splat(slope) + L::splat(1e-3);

@@ -7,6 +7,9 @@
 //!
 //! - Bodies (spheres, triangles, rectangles; two-sided) are sampled uniformly over the solid
 //!   angle that they subtend.
+//! - Rectangles and discs of the table are no bodies of the scene: scattered rays look for them
+//!   ([`Emitters::panels_on`]) and camera rays do not. Rectangles are sampled as
+//!   bodies are, discs by [`disc`]; most shine on one side.
 //! - Point and spot lights have no body that a ray could meet: without radius they are deltas,
 //!   with one they are balls that only this sampling finds.
 //! - What is infinitely far (the environment, suns) is one mixture of densities: whichever of
@@ -15,6 +18,7 @@
 //! Constant skies are not sampled: BSDF sampling does it as well.
 
 mod body;
+mod disc;
 mod few;
 mod importance;
 mod place;
@@ -31,6 +35,7 @@ use crate::environment::{Compensation, SkyMap};
 pub use body::{Body, Emitter};
 use body::{Prepared, prepare, sides};
 use few::Chances;
+use glam::DVec3;
 use importance::{Bounds, Facing, Receiver};
 use lanecast_model::scene::{Environment, Rgb};
 use lanecast_numerics::math::Vec3;
@@ -76,11 +81,20 @@ enum Kind {
     Point,
     /// A point or spot light with a radius.
     Ball,
+    /// A rectangle or disc that no ray meets.
+    Panel,
+    Disc,
     /// A directional light without extent, or a disc in the sky.
     Sun,
     /// The environment, whose id is the count of emitters.
     Sky,
 }
+
+/// Scattered rays look for at most this many rectangles and discs of the table.
+const MOST_PANELS: usize = 64;
+
+/// The number of kinds.
+const KINDS: usize = Kind::Sky as usize + 1;
 
 /// The emitters of a scene, prepared for sampling.
 #[derive(Clone, Debug)]
@@ -97,6 +111,8 @@ pub struct Emitters {
     tree: Option<tree::Tree>,
     /// The place in `local` of each id, [`NONE`] for others.
     slots: Vec<u32>,
+    /// Ids of the rectangles and discs of the table.
+    panels: Vec<u32>,
     suns: Vec<Sun>,
     sky: Option<SkyMap>,
     background: Rgb,
@@ -133,6 +149,7 @@ impl Emitters {
             bounds: Vec::new(),
             tree: None,
             slots: Vec::with_capacity(emitters.len()),
+            panels: Vec::new(),
             suns: Vec::new(),
             background,
             // Of uniform radiance the irradiance is π times it.
@@ -158,6 +175,74 @@ impl Emitters {
     /// Whether nothing can be sampled.
     pub fn is_empty(&self) -> bool {
         self.local.is_empty() && self.far_count() == 0
+    }
+
+    /// Says whether scattered rays may meet a rectangle or disc of the table.
+    pub fn has_panels(&self) -> bool {
+        !self.panels.is_empty() && self.meets_panels()
+    }
+
+    /// Says whether scattered rays have to look for rectangles and discs of the table
+    /// ([`Emitters::panels_on`]); many are found by sampling alone.
+    pub fn meets_panels(&self) -> bool {
+        self.panels.len() <= MOST_PANELS
+    }
+
+    /// Lists the rectangles and discs of the table that a ray meets on a side that shines,
+    /// before t: their ids, t and radiance.
+    pub fn panels_on(
+        &self,
+        org: DVec3,
+        dir: DVec3,
+        before: f64,
+    ) -> impl Iterator<Item = (u32, f64, Rgb)> {
+        let some = match self.meets_panels() {
+            true => &self.panels[..],
+            false => &[],
+        };
+        some.iter().filter_map(move |&id| {
+            let (row, kind) = (&self.rows[id as usize], self.kinds[id as usize]);
+            let [u, v, n, origin] = [row.u, row.v, row.n, row.origin].map(DVec3::from_array);
+            let along = dir.dot(n);
+            if along >= 0.0 && self.facing[id as usize] == Facing::Front {
+                return None;
+            }
+            let t = (origin - org).dot(n) / along;
+            let at = org + dir * t - origin;
+            let (x, y) = (at.dot(u), at.dot(v));
+            let within = match kind {
+                Kind::Disc => x * x + y * y <= row.s * row.s,
+                _ => x >= 0.0 && y >= 0.0 && x <= row.s && y <= row.t,
+            };
+            (t > 0.0 && t < before && within).then(|| (id, t, self.light[id as usize]))
+        })
+    }
+
+    /// Counts the emitters that are sampled, by kind.
+    pub fn counts(&self) -> Vec<(&'static str, usize)> {
+        let named = [
+            (Kind::Sphere, "sphere"),
+            (Kind::Triangle, "triangle"),
+            (Kind::Rectangle, "rectangle"),
+            (Kind::Point, "point"),
+            (Kind::Ball, "ball"),
+            (Kind::Panel, "rectangle of light"),
+            (Kind::Disc, "disc of light"),
+            (Kind::Sun, "sun"),
+        ];
+        let count = |kind: Kind| self.kinds.iter().filter(|k| **k == kind).count();
+        let counts = named.map(|(kind, name)| (name, count(kind)));
+        counts.into_iter().filter(|(_, n)| *n > 0).collect()
+    }
+
+    /// Says whether emitters are chosen by a tree, and not one by one.
+    pub fn has_tree(&self) -> bool {
+        self.tree.is_some()
+    }
+
+    /// Says whether the environment is sampled; even ones are not.
+    pub fn samples_sky(&self) -> bool {
+        self.sky_irradiance > 0.0
     }
 
     /// Returns the bytes of all tables.
@@ -208,6 +293,9 @@ impl Emitters {
             _ => {
                 self.local.push(id);
                 self.bounds.push(bounds);
+                if matches!(kind, Kind::Panel | Kind::Disc) {
+                    self.panels.push(id);
+                }
             }
         }
         self.kinds.push(kind);
@@ -265,6 +353,10 @@ impl Emitters {
             let [ball, point] = [Kind::Ball, Kind::Point].map(|kind| kinds.mask::<L>(kind));
             self.ball(&mut sample, ball, point, &place, light, u);
         }
+        if kinds.any(Kind::Panel) || kinds.any(Kind::Disc) {
+            let [panel, disc] = [Kind::Panel, Kind::Disc].map(|kind| kinds.mask::<L>(kind));
+            self.flat(&mut sample, panel, disc, &place, light, u);
+        }
         if kinds.any(Kind::Sun) || kinds.any(Kind::Sky) {
             let [sun, sky] = [Kind::Sun, Kind::Sky].map(|kind| kinds.mask::<L>(kind));
             self.far(&mut sample, sun, sky, &place, light, &receiver, &chances, u);
@@ -294,7 +386,13 @@ impl Emitters {
         dir: Vec3<L::Double>,
     ) -> L {
         let kinds = self.kinds_of::<L>(ids);
-        let bodies = [Kind::Triangle, Kind::Rectangle, Kind::Sphere];
+        let bodies = [
+            Kind::Triangle,
+            Kind::Rectangle,
+            Kind::Sphere,
+            Kind::Panel,
+            Kind::Disc,
+        ];
         if self.is_empty() || !bodies.iter().any(|&kind| kinds.any(kind)) {
             return L::zero();
         }
@@ -308,6 +406,14 @@ impl Emitters {
         if kinds.any(Kind::Rectangle) {
             let of = rectangle::Seen::of(&place).pdf(&place, dir);
             pdf = L::select(kinds.mask::<L>(Kind::Rectangle), of, pdf);
+        }
+        if kinds.any(Kind::Panel) {
+            let of = rectangle::Seen::of(&place).pdf(&place, dir);
+            pdf = L::select(kinds.mask::<L>(Kind::Panel), of, pdf);
+        }
+        if kinds.any(Kind::Disc) {
+            let of = disc::pdf(&place, dir);
+            pdf = L::select(kinds.mask::<L>(Kind::Disc), of, pdf);
         }
         if kinds.any(Kind::Sphere) {
             let of = sphere::Seen::of(&place).pdf(&place, dir);
@@ -420,6 +526,38 @@ impl Emitters {
         sample.delta = sample.delta | ball | point;
     }
 
+    /// Samples rectangles and discs of the table.
+    #[inline(always)]
+    fn flat<L: Lanes<Scalar = f32>>(
+        &self,
+        sample: &mut LightSample<L>,
+        panel: L::Mask,
+        disc: L::Mask,
+        place: &Place<L>,
+        light: [L; 3],
+        u: [L; 2],
+    ) {
+        let mut one_sided = 0;
+        for (lane, &id) in sample.emitter.as_ref().iter().enumerate() {
+            let is_front = self.facing.get(id as usize) == Some(&Facing::Front);
+            one_sided |= u32::from(is_front) << lane;
+        }
+        if panel.any() {
+            sample.rectangle(panel, place, light, u);
+        }
+        if disc.any() {
+            let (dir, within, pdf) = disc::sample(place, u);
+            sample.put(disc & within, dir, light, pdf);
+        }
+        let both = panel | disc;
+        let front = sample.dir.dot(place.n).lt(L::Double::zero());
+        let front = L::Mask::from_bits(front.bits() | !one_sided);
+        sample.some = sample.some & (front | !both);
+        if !self.meets_panels() {
+            sample.delta = sample.delta | both;
+        }
+    }
+
     #[inline(always)]
     #[allow(clippy::too_many_arguments)]
     fn far<L: Lanes<Scalar = f32>>(
@@ -454,7 +592,7 @@ impl Emitters {
 
     #[inline(always)]
     fn kinds_of<L: Lanes>(&self, ids: L::Ids) -> Kinds {
-        let mut bits = [0; 8];
+        let mut bits = [0; KINDS];
         for (lane, &id) in ids.as_ref().iter().enumerate() {
             let kind = match self.kinds.get(id as usize) {
                 Some(&kind) => kind,
@@ -508,7 +646,7 @@ impl Emitters {
 
 /// The lanes of each kind, as bits.
 #[derive(Clone, Copy, Debug)]
-struct Kinds([u32; 8]);
+struct Kinds([u32; KINDS]);
 
 impl Kinds {
     #[inline(always)]

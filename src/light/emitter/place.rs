@@ -16,7 +16,8 @@ pub const IN_PLANE: f32 = 1e-9;
 /// | sphere, point | centre | – | – | – | radius | – |
 /// | spot | centre | – | – | unit axis | radius | – |
 /// | triangle | corner | edge | edge | u × v | – | – |
-/// | rectangle | corner | unit edge | unit edge | u × v | length of u | length of v |
+/// | rectangle, panel | corner | unit edge | unit edge | u × v | length of u | length of v |
+/// | disc | centre | unit tangent | unit tangent | unit normal | radius | – |
 /// | sun | – | unit tangent | unit tangent | unit direction to it | 1 − cos(angle) | – |
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Row {

@@ -250,6 +250,7 @@ pub fn cone_of(facing: Facing) -> (f64, f64, bool, bool) {
     match facing {
         Facing::All => (PI, FRAC_PI_2, false, false),
         Facing::Flat => (0.0, FRAC_PI_2, true, false),
+        Facing::Front => (0.0, FRAC_PI_2, false, false),
         Facing::Spot { slope, start } => {
             // The ramp's zero and one.
             let none = f64::from(-start / slope);

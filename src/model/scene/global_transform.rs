@@ -79,6 +79,16 @@ fn move_light(light: &mut Light, scale: f64, offset: DVec3) {
             ..
         } => (position, intensity, radius, true),
         Light::Directional { .. } => return,
+        Light::Rectangle { center, edges, .. } => {
+            *center = *center * scale + offset;
+            *edges = edges.map(|edge| edge * scale);
+            return;
+        }
+        Light::Disc { center, radius, .. } => {
+            *center = *center * scale + offset;
+            *radius *= scale;
+            return;
+        }
     };
     *position = *position * scale + offset;
     *radius *= scale;

@@ -41,6 +41,68 @@ pub enum Light {
         /// Half the angle that the light's disc subtends in the sky, in radians; 0 for none.
         angle: f64,
     },
+    /// A rectangle that shines as Lambert's law says, and that camera rays do not see.
+    Rectangle {
+        center: DVec3,
+        /// Whole edges in world space, at right angles; the light shines along u × v.
+        edges: [DVec3; 2],
+        /// The radiance in W/(sr·m²).
+        radiance: Rgb,
+        /// Whether it shines on its other side as well.
+        two_sided: bool,
+    },
+    /// A disc that shines as Lambert's law says, and that camera rays do not see.
+    Disc {
+        center: DVec3,
+        /// The direction in which it shines, of any length > 0.
+        normal: DVec3,
+        radius: f64,
+        /// The radiance in W/(sr·m²).
+        radiance: Rgb,
+        /// Whether it shines on its other side as well.
+        two_sided: bool,
+    },
+}
+
+impl Light {
+    /// Returns the middle of a light that has a place.
+    pub fn position(&self) -> Option<DVec3> {
+        match *self {
+            Light::Point { position, .. } | Light::Spot { position, .. } => Some(position),
+            Light::Rectangle { center, .. } | Light::Disc { center, .. } => Some(center),
+            Light::Directional { .. } => None,
+        }
+    }
+
+    /// Returns the area, 0 of lights that are none.
+    pub fn area(&self) -> f64 {
+        match *self {
+            Light::Rectangle { edges: [u, v], .. } => u.cross(v).length(),
+            Light::Disc { radius, .. } => PI * radius * radius,
+            _ => 0.0,
+        }
+    }
+
+    /// Returns the radiant intensity, in W/sr, of a point that radiates the power of a
+    /// rectangle or disc evenly to all sides: πAL over 4π for each side that shines.
+    pub fn mean_intensity(&self) -> Rgb {
+        match *self {
+            Light::Rectangle {
+                radiance,
+                two_sided,
+                ..
+            }
+            | Light::Disc {
+                radiance,
+                two_sided,
+                ..
+            } => {
+                let share = if two_sided { 0.5 } else { 0.25 };
+                radiance.map(|c| (f64::from(c) * self.area() * share) as f32)
+            }
+            _ => [0.0; 3],
+        }
+    }
 }
 
 /// The decrease of a point light with distance.

@@ -77,6 +77,7 @@ macro_rules! tables {
                 let soft = |light: &Light| match *light {
                     Light::Point { radius, .. } | Light::Spot { radius, .. } => radius > 0.0,
                     Light::Directional { angle, .. } => angle > 0.0,
+                    Light::Rectangle { .. } | Light::Disc { .. } => true,
                 };
                 self.environment.is_some()
                     || self.has_emission()

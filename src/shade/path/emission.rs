@@ -8,6 +8,7 @@ use crate::math::{Vec3, units};
 use crate::shade::columns::{STEP, Singles};
 use crate::shade::hit_buffer::HitBuffer;
 use crate::trace::HitId;
+use glam::DVec3;
 
 impl PathTracer<'_> {
     /// Adds the sky to the slots of paths whose rays meet nothing.
@@ -87,6 +88,45 @@ impl PathTracer<'_> {
         let own = Singles::load(&rows.map(|ray| wave.pdf[ray as usize]));
         let part = share(own, other);
         [weight.x * r, weight.y * g, weight.z * b].map(|c| (c * part).to_array())
+    }
+
+    /// Adds the rectangles and discs of the table that scattered rays come through before they
+    /// meet anything.
+    pub(super) fn add_panels(
+        &self,
+        wave: &Paths,
+        (instance, t): (&[u64], &[f64]),
+        slots: &mut [Slot],
+    ) {
+        let emitters = &self.luminaires.emitters;
+        if !emitters.has_panels() {
+            return;
+        }
+        for (ray, id) in instance.iter().enumerate() {
+            if wave.straight[ray] {
+                continue;
+            }
+            let [org, dir] = [wave.rays.org(ray), wave.rays.dir(ray)].map(DVec3::from_array);
+            let end = match *id == HitId::NONE.instance {
+                true => f64::INFINITY,
+                false => t[ray],
+            };
+            for (emitter, t, radiance) in emitters.panels_on(org, dir, end) {
+                let [nx, ny, nz] = wave.normal.row(ray);
+                let other = emitters.pdf::<f32>(
+                    [emitter],
+                    Vec3::from(org),
+                    Vec3::new(nx, ny, nz),
+                    Vec3::from(dir * t),
+                );
+                let part = share(wave.pdf[ray], other);
+                let weight = wave.rays.weight.row(ray);
+                let slot = &mut slots[wave.rays.pixel[ray] as usize];
+                for k in 0..3 {
+                    slot[k] += weight[k] * radiance[k] * part;
+                }
+            }
+        }
     }
 
     /// Adds the radiance of the hit surfaces that shine.

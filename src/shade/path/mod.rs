@@ -278,6 +278,9 @@ impl PathTracer<'_> {
             (t, instance, primitive),
             buffer,
         );
+        if depth > 0 {
+            self.add_panels(wave, (&instance[..count], t), slots);
+        }
         if self.materials.has_media {
             self.absorb(wave, buffer);
         }

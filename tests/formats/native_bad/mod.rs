@@ -289,7 +289,44 @@ fn names_and_choices() {
         ),
         (
             toml("[[light]]\n"),
-            &["scene.toml:2:1: a light is empty; give one of point, spot, directional"],
+            &["scene.toml:2:1: a light is empty; give one of point, spot, directional, rectangle"],
+        ),
+        (
+            toml(
+                "[[light]]\nrectangle = { center = [0,0,0], edge_u = [1,0,0], edge_v = [1,1,0], radiance = [1,1,1] }",
+            ),
+            &[
+                "light 0 is degenerate: its edges are not at right angles",
+                "polygon",
+            ],
+        ),
+        (
+            toml(
+                "[[light]]\nrectangle = { center = [0,0,0], edge_u = [1,0,0], edge_v = [0,0,0], radiance = [1,1,1] }",
+            ),
+            &["light 0 is degenerate: it has no area"],
+        ),
+        (
+            toml("[[light]]\nrectangle = { center = [0,0,0], size = [1,0], radiance = [1,1,1] }"),
+            &["unknown key 'size'"],
+        ),
+        (
+            toml(
+                "[[light]]\ndisc = { center = [0,0,0], normal = [0,0,0], radius = 1, radiance = [1,1,1] }",
+            ),
+            &["scene.toml:3:", "normal is (0, 0, 0)"],
+        ),
+        (
+            toml(
+                "[[light]]\ndisc = { center = [0,0,0], normal = [0,1,0], radius = 0, radiance = [1,1,1] }",
+            ),
+            &["scene.toml:3:", "radius = 0; it must be greater than 0"],
+        ),
+        (
+            toml(
+                "[[light]]\ndisc = { center = [0,0,0], normal = [0,1,0], radius = 1, radiance = [-1,1,1] }",
+            ),
+            &["light 0", "radiance", "0 or greater"],
         ),
         (
             toml(

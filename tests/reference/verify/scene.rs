@@ -105,9 +105,14 @@ pub fn rows(reference: &Reference) -> Vec<TracedRay> {
             let n = DVec3::from_array(hit.normal);
             let p = p + n * 1e-9 * -n.dot(DVec3::from_array(dir)).signum();
             let (to, t_max) = match l {
-                Light::Point { position, .. } | Light::Spot { position, .. } => {
-                    (*position - p, 1.0)
+                Light::Point { position, .. }
+                | Light::Spot { position, .. }
+                | Light::Rectangle {
+                    center: position, ..
                 }
+                | Light::Disc {
+                    center: position, ..
+                } => (*position - p, 1.0),
                 Light::Directional { direction, .. } => (-*direction, f32::INFINITY),
             };
             rows.push(TracedRay {

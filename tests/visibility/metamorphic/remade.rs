@@ -148,6 +148,39 @@ impl Change {
                 irradiance,
                 angle,
             },
+            Light::Rectangle {
+                center,
+                edges,
+                radiance,
+                two_sided,
+            } => {
+                let [u, v] = edges.map(|edge| self.turn.of(edge) * self.scale);
+                // A mirror turns the side that shines.
+                let side = self.turn.of(edges[0].cross(edges[1]));
+                let edges = match u.cross(v).dot(side) > 0.0 {
+                    true => [u, v],
+                    false => [v, u],
+                };
+                Light::Rectangle {
+                    center: self.point(center),
+                    edges,
+                    radiance,
+                    two_sided,
+                }
+            }
+            Light::Disc {
+                center,
+                normal,
+                radius,
+                radiance,
+                two_sided,
+            } => Light::Disc {
+                center: self.point(center),
+                normal: self.turn.of(normal),
+                radius: radius * self.scale,
+                radiance,
+                two_sided,
+            },
         }
     }
 

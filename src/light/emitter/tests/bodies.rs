@@ -12,9 +12,10 @@ fn cases() -> Vec<(String, Body, DVec3, DVec3, f64)> {
                 position, radius, ..
             } => (position, radius),
             Body::Triangle(corners) => bounding(&corners),
-            Body::Rectangle { corner, u, v } => {
+            Body::Rectangle { corner, u, v } | Body::Panel { corner, u, v, .. } => {
                 bounding(&[corner, corner + u, corner + v, corner + u + v])
             }
+            Body::Disc { center, radius, .. } => (center, radius),
             Body::Sun { towards, angle } => (point + towards, angle.sin()),
             Body::Spot { .. } => unreachable!(),
         };
@@ -120,6 +121,29 @@ fn cases() -> Vec<(String, Body, DVec3, DVec3, f64)> {
         rectangle(1.0),
         DVec3::new(-0.6, 1.2, 0.0),
     );
+    let panel = |two_sided| Body::Panel {
+        corner: DVec3::new(-0.5, 1.0, -0.25),
+        u: DVec3::new(1.0, 0.0, 0.0),
+        v: DVec3::new(0.0, 0.1, 0.5),
+        two_sided,
+    };
+    add("panel", panel(false), DVec3::ZERO);
+    add("panel from behind", panel(true), DVec3::new(0.3, 2.0, 0.0));
+    let disc = |radius, two_sided| Body::Disc {
+        center: DVec3::new(0.5, 2.0, 0.0),
+        normal: DVec3::new(0.6, -0.8, 0.0),
+        radius,
+        two_sided,
+    };
+    add("disc", disc(1.0, false), DVec3::ZERO);
+    add("tiny disc", disc(1e-7, false), DVec3::ZERO);
+    add("wide disc", disc(5.0, false), DVec3::ZERO);
+    add("near disc", disc(1.0, false), DVec3::new(0.0, 1.6, 0.1));
+    add(
+        "disc from behind",
+        disc(1.0, true),
+        DVec3::new(0.0, 4.0, 0.0),
+    );
     cases
 }
 
@@ -152,14 +176,27 @@ fn density(emitters: &Emitters, body: &Body, point: DVec3, dir: DVec3) -> f64 {
     each.sum()
 }
 
+/// Says whether a disc is sampled by the square around it.
+fn is_wide_disc(body: &Body, point: DVec3) -> bool {
+    match *body {
+        Body::Disc { center, radius, .. } => point.distance(center) < 1.9 * radius,
+        _ => false,
+    }
+}
+
 #[test]
 fn samples_follow_densities_that_sum_to_one() {
     for (name, body, point, axis, angle) in cases() {
         let emitters = only(body);
         let grid = Grid::new(axis, angle, 10);
-        assert_follows(&name, &emitters, point, &grid, 100, |dir| {
-            density(&emitters, &body, point, dir)
-        });
+        let density = |dir| density(&emitters, &body, point, dir);
+        match is_wide_disc(&body, point) {
+            true => {
+                let share = assert_share_follows(&name, &emitters, point, &grid, 100, density);
+                assert!((0.7..1.0).contains(&share), "{name}: {share}");
+            }
+            false => assert_follows(&name, &emitters, point, &grid, 100, density),
+        }
     }
 }
 
@@ -174,6 +211,9 @@ fn rays_get_the_density_of_samples() {
         for _ in 0..2000 {
             let u = [random.next(), random.next(), random.next()];
             let sample = sample(&emitters, point, DVec3::ZERO, u);
+            if !sample.some && is_wide_disc(&body, point) {
+                continue;
+            }
             assert!(sample.some, "{name}");
             let normal = single(DVec3::ZERO);
             let pdf = match body {
@@ -200,7 +240,12 @@ fn samples_lie_on_their_bodies() {
         let emitters = only(body);
         for _ in 0..2000 {
             let u = [random.next(), random.next(), random.next()];
-            let dir = DVec3::from(sample(&emitters, point, DVec3::ZERO, u).dir);
+            let sample = sample(&emitters, point, DVec3::ZERO, u);
+            if !sample.some {
+                assert!(is_wide_disc(&body, point), "{name}");
+                continue;
+            }
+            let dir = DVec3::from(sample.dir);
             let at = point + dir;
             let off = match body {
                 Body::Sphere { center, radius }
@@ -210,7 +255,18 @@ fn samples_lie_on_their_bodies() {
                     ..
                 } => (at.distance(center) - radius) / point.distance(center).max(radius),
                 Body::Triangle([p, q, r]) => (at - p).dot((q - p).cross(r - p).normalize()),
-                Body::Rectangle { corner, u, v } => (at - corner).dot(u.cross(v).normalize()),
+                Body::Rectangle { corner, u, v } | Body::Panel { corner, u, v, .. } => {
+                    (at - corner).dot(u.cross(v).normalize())
+                }
+                Body::Disc {
+                    center,
+                    normal,
+                    radius,
+                    ..
+                } => {
+                    assert!(at.distance(center) <= radius * (1.0 + 1e-6), "{name}");
+                    (at - center).dot(normal)
+                }
                 Body::Sun { .. } => dir.length() - 1.0,
                 Body::Spot { .. } => unreachable!(),
             };

@@ -34,7 +34,7 @@ fn no_place_and_no_size_gives_a_nan() {
         let far = scale(&mut random, if round % 3 == 0 { 2.0 } else { 16.0 });
         let at = random.vector() * far;
         let (a, b) = (random.vector() * size, random.vector() * size);
-        let body = match round % 5 {
+        let body = match round % 7 {
             0 => Body::Sphere {
                 center: at,
                 radius: size,
@@ -49,6 +49,18 @@ fn no_place_and_no_size_gives_a_nan() {
                 position: at,
                 radius: size,
                 falloff: Falloff::None,
+            },
+            4 => Body::Panel {
+                corner: at,
+                u: a,
+                v: a.cross(b).normalize() * size,
+                two_sided: round % 2 == 0,
+            },
+            5 => Body::Disc {
+                center: at,
+                normal: a.normalize_or_zero(),
+                radius: size,
+                two_sided: round % 2 == 0,
             },
             _ => Body::Spot {
                 position: at,

@@ -279,3 +279,58 @@ pub fn gradient() -> Environment {
         scale: [1.0; 3],
     }
 }
+
+#[test]
+fn a_disc_gives_its_form_factor_and_one_side_is_dark() {
+    for two_sided in [false, true] {
+        for (height, radius) in [(1.0, 1.0), (0.05, 2.0), (100.0, 0.3)] {
+            let disc = only(Body::Disc {
+                center: DVec3::Z * height,
+                normal: DVec3::NEG_Z,
+                radius,
+                two_sided,
+            });
+            // π·sin² of the half angle, over its axis.
+            let expected = PI * radius * radius / (radius * radius + height * height);
+            let found = irradiance(&disc, DVec3::ZERO, DVec3::Z, 1 << 16);
+            assert_near(found, expected, 2e-3);
+            let above = DVec3::Z * (2.0 * height);
+            let behind = irradiance(&disc, above, DVec3::NEG_Z, 1 << 16);
+            match two_sided {
+                true => assert_near(behind, expected, 2e-3),
+                false => assert_eq!(behind, 0.0),
+            }
+        }
+    }
+}
+
+#[test]
+fn panels_bring_as_much_as_rectangles() {
+    let (corner, u, v) = (DVec3::new(-1.0, -1.0, 1.0), DVec3::X * 2.0, DVec3::Y * 2.0);
+    let rectangle = only(Body::Rectangle { corner, u, v });
+    let expected = irradiance(&rectangle, DVec3::ZERO, DVec3::Z, 1 << 12);
+    // It shines along u × v, up, and the point is below.
+    for (two_sided, u, v, shines) in [
+        (false, u, v, false),
+        (false, v, u, true),
+        (true, u, v, true),
+    ] {
+        let panel = only(Body::Panel {
+            corner,
+            u,
+            v,
+            two_sided,
+        });
+        let found = irradiance(&panel, DVec3::ZERO, DVec3::Z, 1 << 12);
+        match shines {
+            true => assert_near(found, expected, 1e-3),
+            false => assert_eq!(found, 0.0),
+        }
+        // A ray meets it where it shines, and not behind something nearer.
+        let met = |before| panel.panels_on(DVec3::ZERO, DVec3::Z * 0.5, before).next();
+        assert_eq!(met(9.0), shines.then_some((0, 2.0, [1.0; 3])));
+        assert_eq!(met(1.5), None);
+        let aside = DVec3::new(1.5, 0.0, 1.0);
+        assert_eq!(panel.panels_on(DVec3::ZERO, aside, 9.0).next(), None);
+    }
+}

@@ -25,12 +25,18 @@ fn the_tree_chooses_with_the_probabilities_that_it_tells() {
     let mut random = Random(12);
     for k in 0..60 {
         let at = random.vector() * 5.0 + DVec3::Z * 3.0;
-        let body = match k % 3 {
+        let body = match k % 4 {
             0 => Body::Sphere {
                 center: at,
                 radius: 0.2,
             },
-            1 => Body::Spot {
+            1 => Body::Disc {
+                center: at,
+                normal: random.unit(),
+                radius: 0.3,
+                two_sided: k % 8 < 4,
+            },
+            2 => Body::Spot {
                 position: at,
                 direction: random.vector(),
                 inner: 0.3,

@@ -99,6 +99,30 @@ pub fn crossings(body: &Body, point: DVec3, dir: DVec3) -> Vec<DVec3> {
     match *body {
         Body::Triangle([p, q, r]) => flat(p, q - p, r - p, true),
         Body::Rectangle { corner, u, v } => flat(corner, u, v, false),
+        Body::Panel {
+            corner,
+            u,
+            v,
+            two_sided,
+        } => match two_sided || dir.dot(u.cross(v)) < 0.0 {
+            true => flat(corner, u, v, false),
+            false => vec![],
+        },
+        Body::Disc {
+            center,
+            normal,
+            radius,
+            two_sided,
+        } => {
+            let t = (center - point).dot(normal) / dir.dot(normal);
+            let within = (point + dir * t).distance(center) <= radius;
+            let shines = two_sided || dir.dot(normal) < 0.0;
+            if t > 0.0 && within && shines {
+                vec![dir * t]
+            } else {
+                vec![]
+            }
+        }
         Body::Sphere { center, radius }
         | Body::Point {
             position: center,
@@ -218,6 +242,19 @@ pub fn assert_follows(
     fine: usize,
     density: impl Fn(DVec3) -> f64,
 ) {
+    let made = assert_share_follows(name, emitters, point, grid, fine, density);
+    assert!(made > 0.9999, "{name}: {made}");
+}
+
+/// Checks counts of those samples that are made, and returns their share.
+pub fn assert_share_follows(
+    name: &str,
+    emitters: &Emitters,
+    point: DVec3,
+    grid: &Grid,
+    fine: usize,
+    density: impl Fn(DVec3) -> f64,
+) -> f64 {
     let count = 200_000;
     let mut random = Random(1);
     let mut counts = vec![0; grid.len()];
@@ -232,13 +269,11 @@ pub fn assert_follows(
     }
     let expected = grid.integrals(fine, density);
     let total: f64 = expected.iter().sum();
+    let share = f64::from(made) / f64::from(count);
+    let spread = (share * (1.0 - share) / f64::from(count)).sqrt();
     assert!(
-        (total - 1.0).abs() < 1e-3,
-        "{name}: density sums to {total}"
-    );
-    assert!(
-        f64::from(made) > 0.9999 * f64::from(count),
-        "{name}: {made}"
+        (total - share).abs() < 1e-3 + 3.0 * spread,
+        "{name}: density sums to {total}, made {share}"
     );
     let expected: Vec<f64> = expected
         .iter()
@@ -246,6 +281,7 @@ pub fn assert_follows(
         .collect();
     let p = p_value(&counts, &expected);
     assert!(p > 1e-4, "{name}: p = {p}");
+    share
 }
 
 /// The cone about a body from a point: its axis and half angle.

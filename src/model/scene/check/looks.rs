@@ -155,6 +155,44 @@ pub(super) fn lights(scene: &Tables) -> Result<(), SceneError> {
                 sized("angle", *angle, FRAC_PI_2, "between 0 and 180 degrees")?;
                 ("irradiance", irradiance)
             }
+            Light::Rectangle {
+                center,
+                edges: [u, v],
+                radiance,
+                ..
+            } => {
+                finite3(what, "center", *center)?;
+                finite3(what, "edge_u", *u)?;
+                finite3(what, "edge_v", *v)?;
+                let (size, slant) = (u.length() * v.length(), u.dot(*v).abs());
+                let wrong = match () {
+                    () if !(size > 0.0 && size.is_finite()) => "it has no area that f64 can tell",
+                    () if slant > 1e-6 * size => {
+                        "its edges are not at right angles; make them so, or use a polygon of an \
+                         emissive material"
+                    }
+                    () => "",
+                };
+                if !wrong.is_empty() {
+                    return Err(SceneError::Degenerate {
+                        what: what(),
+                        why: wrong.into(),
+                    });
+                }
+                ("radiance", radiance)
+            }
+            Light::Disc {
+                center,
+                normal,
+                radius: size,
+                radiance,
+                ..
+            } => {
+                finite3(what, "center", *center)?;
+                directed(*normal)?;
+                radius(*size)?;
+                ("radiance", radiance)
+            }
         };
         for v in power {
             finite(what, name, &[f64::from(*v)])?;

@@ -1,14 +1,18 @@
 //! `lanecast plan`: reports what a scene requires, and the choices made for it.
 
-use super::args::PlanArgs;
+mod light;
+
+use super::args::{PlanArgs, needed_integrator};
 use super::error::CliError;
 use super::interrupt;
 use super::output::{Results, check_destinations, printable_line};
-use super::pipeline::{Prepared, prepare};
+use super::pipeline::{Prepared, complete, load, named};
 use crate::accel::{TlasEntry, World};
 use crate::measure::{InstanceNames, Stats, Watch};
 use crate::plan::{remarks, searched, solved, spindle, stacked, unbounded};
+use crate::render::RenderConfig;
 use crate::scene::{Shape, ShapeId, Tables, shape_bounds};
+use light::Light;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -29,6 +33,7 @@ struct Report {
     /// Lints of the shapes.
     remarks: Vec<String>,
     choices: Vec<Choice>,
+    light: Light,
     /// Bytes per table.
     tables: BTreeMap<&'static str, usize>,
     /// Bytes per tree.
@@ -62,16 +67,23 @@ pub fn run(args: &PlanArgs) -> Result<(), CliError> {
     let inputs: Vec<_> = args.scene.as_deref().into_iter().collect();
     let outputs = check_destinations(&inputs, &[], args.common.sinks())?;
     let (mut watch, mut stats) = (Watch::start(), Stats::default());
-    let prepared = prepare(
-        args.scene.as_deref(),
-        &args.common.load_options(outputs),
-        &config,
-        &mut watch,
-        &mut stats,
-    )?;
+    let path = args.scene.as_deref();
+    let options = args.common.load_options(outputs);
+    let scene = load(path, &options, &mut watch, &mut stats)?;
+    let config = RenderConfig {
+        integrator: needed_integrator(&scene, config.grid).0,
+        ..config
+    };
+    let prepared = complete(scene, named(path), &config, &mut watch, &mut stats)?;
     let world = prepared.world(&mut watch, &mut stats);
     stats.finish();
-    let report = report(&prepared, &world);
+    let light = Light::of(
+        &prepared.scene,
+        &prepared.instances,
+        &prepared.camera,
+        config.grid,
+    );
+    let report = report(&prepared, &world, light);
     let mut results = Results::default();
     results.add(&args.common.stats, &stats)?;
     results.add(&args.common.json, &report)?;
@@ -95,7 +107,7 @@ fn without_world_bounds(world: &World) -> Option<String> {
     ))
 }
 
-fn report(prepared: &Prepared, world: &World) -> Report {
+fn report(prepared: &Prepared, world: &World, light: Light) -> Report {
     let scene: &Tables = &prepared.scene;
     let mut shapes = BTreeMap::new();
     let counts = prepared.instances.of_shapes(scene);
@@ -145,6 +157,7 @@ fn report(prepared: &Prepared, world: &World) -> Report {
                 why: why.clone(),
             })
             .collect(),
+        light,
         tables: scene.bytes().into_iter().collect(),
         trees: world.bytes().into_iter().collect(),
         top_tree_sah: world.accelerator.tlas_figures().sah,
@@ -197,6 +210,8 @@ fn text_report(report: &Report) -> String {
         let Choice { what, choice, why } = choice;
         let _ = writeln!(text, "  {what:<16} {choice:<width$}  {why}");
     }
+    let _ = writeln!(text, "\nlight");
+    report.light.write(&mut text);
     for (title, bytes) in [("tables", &report.tables), ("trees", &report.trees)] {
         let total: usize = bytes.values().sum();
         let _ = writeln!(text, "\n{title}: {total} bytes");

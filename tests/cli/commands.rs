@@ -472,3 +472,60 @@ fn another_processor() {
         assert!(line.contains("cargo build --release"), "{line}");
     }
 }
+
+/// Direct light says what it makes of a light with an area; plan says how light is found.
+#[test]
+fn lights_with_an_area_are_planned_and_warned_of() {
+    let folder = folder();
+    let ball = "format = 1\n[shape.ball]\nsphere = { center = [0, 0, 0], radius = 1 }\n\
+                [[instance]]\nshape = \"ball\"\n";
+    let disc = "[[light]]\ndisc = { center = [0, 3, 0], normal = [0, -1, 0], radius = 1, radiance = [9, 9, 9] }\n";
+    let glass = "[material.glass]\ntransmission = 1.0\nclearcoat = 0.5\n";
+    fs::write(folder.path().join("s.toml"), format!("{ball}{disc}{glass}")).unwrap();
+    fs::write(folder.path().join("dark.toml"), ball).unwrap();
+    let render = |more: &[&str]| {
+        let arguments = ["render", "s.toml", "--size", "8x8", "--spp", "1"];
+        let output = lanecast(folder.path(), &[&arguments, more].concat());
+        assert!(output.status.success());
+        stderr(&output).to_string()
+    };
+    let said = render(&["--integrator", "direct"]);
+    assert!(
+        said.contains("warning: direct light takes 1 × rectangle or disc"),
+        "{said}"
+    );
+    assert_eq!(said.lines().count(), 1, "{said}");
+    assert_eq!(render(&[]), "");
+    let plan = |name: &str| {
+        let output = lanecast(folder.path(), &["plan", name, "--json", "-"]);
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        json["light"].clone()
+    };
+    let light = plan("s.toml");
+    assert_eq!(light["integrator"], "path");
+    assert_eq!(light["emitters"]["disc of light"], 1);
+    assert_eq!(light["chosen_by"], "list");
+    assert_eq!(light["media"], 1);
+    let layers = light["layers"].to_string();
+    assert!(
+        layers.contains("clearcoat") && layers.contains("transmission"),
+        "{layers}"
+    );
+    assert!(
+        !light["left_out"].to_string().contains("no media"),
+        "{light}"
+    );
+    let light = plan("dark.toml");
+    assert!(light["why"].as_str().unwrap().contains("studio"), "{light}");
+    assert_eq!(light["emitters"], serde_json::json!({}));
+    assert!(
+        light["left_out"].to_string().contains("no media stack"),
+        "{light}"
+    );
+    let text = lanecast(folder.path(), &["plan", "s.toml"]);
+    let text = stdout(&text);
+    assert!(
+        text.contains("1 × disc of light; one chosen by the weights of all"),
+        "{text}"
+    );
+}

@@ -30,7 +30,7 @@ pub struct LightArgs {
     pub spp: Option<u32>,
     /// Render only the samples A to B - 1 of each pixel of a picture of paths, and write their
     /// sums, which lanecast merge adds up
-    #[arg(long, value_name = "A..B", value_parser = parse_samples, conflicts_with_all = ["spp", "noise", "frames", "aov", "tone", "exposure", "dither", "bits"])]
+    #[arg(long, value_name = "A..B", allow_hyphen_values = true, value_parser = parse_samples, conflicts_with_all = ["spp", "noise", "frames", "aov", "tone", "exposure", "dither", "bits"])]
     pub samples: Option<Samples>,
     /// Sample until the noise is below this, about that of a mid-grey, as 0.01; only paths
     #[arg(long, value_name = "NOISE", value_parser = parse_noise, conflicts_with = "spp")]
@@ -79,10 +79,9 @@ impl LightArgs {
 
     /// Completes a configuration for a scene.
     pub fn complete(&self, config: RenderConfig, scene: &Tables) -> RenderConfig {
-        let needed = || match self.ground || scene.is_dark() || scene.has_soft_light() {
-            // One ray through each corner is no estimate of anything.
-            true if config.grid == Grid::Centers => Integrator::Path,
-            _ => Integrator::Direct,
+        let needed = || match self.ground {
+            true => Integrator::Path,
+            false => needed_integrator(scene, config.grid).0,
         };
         let integrator = self.integrator.0.unwrap_or_else(needed);
         let (spp, max_depth) = match integrator {
@@ -109,6 +108,27 @@ impl LightArgs {
             filter: self.filter,
             ..config
         }
+    }
+}
+
+/// Returns the integrator that a scene needs, and why.
+pub fn needed_integrator(scene: &Tables, grid: Grid) -> (Integrator, &'static str) {
+    if grid == Grid::Corners {
+        // One ray through each corner is no estimate of anything.
+        return (Integrator::Direct, "one ray through each corner");
+    }
+    if scene.is_dark() {
+        return (
+            Integrator::Path,
+            "the scene brings no light, and gets a studio",
+        );
+    }
+    match scene.has_soft_light() {
+        true => (
+            Integrator::Path,
+            "only paths find light of things with an extent",
+        ),
+        false => (Integrator::Direct, "no light of the scene has an extent"),
     }
 }
 

@@ -7,6 +7,7 @@
 mod light;
 mod values;
 
+pub use light::needed_integrator;
 pub use values::Size;
 
 use super::error::CliError;

@@ -111,7 +111,14 @@ pub fn boundaries<'a>(
             _ => collect(solid, tables, line, *number, found),
         }
     }
-    boundaries.sort_by(|a, b| a.at.root.order(&b.at.root));
+    // A stable sort would allocate.
+    for (place, boundary) in boundaries.iter_mut().enumerate() {
+        boundary.at.place = place as u32;
+    }
+    boundaries.sort_unstable_by(|a, b| {
+        let by_place = || a.at.place.cmp(&b.at.place);
+        a.at.root.order(&b.at.root).then_with(by_place)
+    });
     number_events(solid, line, boundaries);
     let always = inside.iter().copied();
     let start = walk.starts_inside(&solid.program, always.clone());

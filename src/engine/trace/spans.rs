@@ -1,8 +1,8 @@
 //! Spans of a line inside the solids of a scene, for mass, thickness and path length.
 //!
-//! Spans are exact. [`Solids`] are prepared once for any number of lines. Where two solids overlap, both are listed. Shapes without an inside (polygons; open
-//! cylinders, cones and implicit surfaces; meshes that are not closed) are counted and left
-//! out.
+//! Spans are exact. [`Solids`] are prepared once for any number of lines. Where two solids
+//! overlap, both are listed. Shapes without an inside (polygons; open cylinders, cones and
+//! implicit surfaces; meshes that are not closed) are counted and left out.
 
 use super::csg::{TURNED, boundaries, passes_by};
 use super::scratch::TraceScratch;
@@ -11,8 +11,8 @@ use crate::geom::exact::{Line, Root, span};
 use crate::geom::primitive::Boundaries;
 use crate::math::unit;
 use crate::scene::{
-    Instance, Instances, MaterialId, Scene, SceneError, Shape, ShapeId, Tables, check_closed,
-    shape_bounds,
+    CsgSolid, Instance, Instances, MaterialId, Scene, SceneError, Shape, ShapeId, Tables,
+    check_closed, shape_bounds,
 };
 use glam::DVec3;
 use std::ops::ControlFlow;
@@ -123,17 +123,7 @@ impl Solids {
             if matches!(solid, PreparedSolid::None) {
                 continue;
             }
-            let ray = Ray {
-                scene,
-                instance,
-                id,
-                org,
-                dir,
-                line: Line {
-                    org: instance.object_from_world.point(org.to_array()),
-                    dir: instance.object_from_world.vector(dir.to_array()),
-                },
-            };
+            let ray = Ray::new(scene, (id, instance), (org, dir));
             let shape = scene.shapes.row(instance.shape);
             let is_beside = || {
                 let bounds = shape_bounds(scene, instance.shape);
@@ -158,6 +148,41 @@ impl Solids {
             rows,
             left_out: self.left_out,
         }
+    }
+
+    /// Calls `visit` for each solid that contains a point in world space, with the material of
+    /// the surface through which a vertical line from there leaves it, or has entered it. A point
+    /// on a surface is inside if the line upwards from it is. Allocates nothing that `scratch`
+    /// does not keep.
+    pub fn around(
+        &self,
+        point: DVec3,
+        scratch: &mut TraceScratch,
+        mut visit: impl FnMut(Option<MaterialId>),
+    ) {
+        let scene = &*self.scene;
+        let up = DVec3::Y;
+        self.crossings.along(point, up, |id| {
+            let instance = self.instances[id as usize];
+            let solid = &self.prepared[instance.shape.index()];
+            if matches!(solid, PreparedSolid::None) {
+                return;
+            }
+            let ray = Ray::new(scene, (id, instance), (point, up));
+            let at = DVec3::from_array(ray.line.org);
+            let bounds = shape_bounds(scene, instance.shape);
+            if bounds.is_some_and(|own| !(at.cmpge(own.min) & at.cmple(own.max)).all()) {
+                return;
+            }
+            let inside = match solid {
+                PreparedSolid::None => None,
+                PreparedSolid::Convex => ray.is_inside_primitive(scene.shapes.row(instance.shape)),
+                PreparedSolid::Csg(csg) => ray.inside_csg(csg, scratch),
+            };
+            if let Some(material) = inside {
+                visit(instance.material.or(material));
+            }
+        });
     }
 }
 
@@ -190,7 +215,73 @@ struct Ray<'s> {
     line: Line,
 }
 
-impl Ray<'_> {
+impl<'s> Ray<'s> {
+    fn new(
+        scene: &'s Tables,
+        (id, instance): (u64, Instance),
+        (org, dir): (DVec3, DVec3),
+    ) -> Ray<'s> {
+        Ray {
+            scene,
+            instance,
+            id,
+            org,
+            dir,
+            line: Line {
+                org: instance.object_from_world.point(org.to_array()),
+                dir: instance.object_from_world.vector(dir.to_array()),
+            },
+        }
+    }
+
+    /// Says whether the line's origin lies in a primitive: `Some` of no material if it does.
+    fn is_inside_primitive(&self, shape: Shape) -> Option<Option<MaterialId>> {
+        let solid = self.scene.solid(shape)?;
+        let parts = span(&solid, &self.line);
+        let around = |[enter, exit]: [Option<Root>; 2]| {
+            enter.is_none_or(|root| root.order_with(0.0).is_le())
+                && exit.is_none_or(|root| root.order_with(0.0).is_gt())
+        };
+        parts.spans().any(around).then_some(None)
+    }
+
+    /// Says whether the line's origin lies in a CSG solid, and returns the material of the
+    /// surface through which the line leaves it, or has entered it.
+    fn inside_csg(
+        &self,
+        csg: &PreparedCsg,
+        scratch: &mut TraceScratch,
+    ) -> Option<Option<MaterialId>> {
+        let solid = &csg.solid;
+        // Whether the line is inside before the first boundary is known after all of them.
+        let (mut entered, mut next) = (None, None);
+        let from_inside = boundaries(csg, self.scene, (&self.line, 0.0), scratch, |crossing| {
+            let material = self.material_at(solid, crossing.primitive);
+            if crossing.root.order_with(0.0).is_gt() {
+                next = Some((!crossing.enters, material));
+                return ControlFlow::Break(());
+            }
+            entered = Some((crossing.enters, material));
+            ControlFlow::Continue(())
+        });
+        match (next, entered) {
+            (Some((leaves, material)), _) => leaves.then_some(material),
+            (None, Some((enters, material))) => enters.then_some(material),
+            (None, None) => from_inside.then_some(None),
+        }
+    }
+
+    /// Returns the material of an operand's surface.
+    fn material_at(&self, solid: &CsgSolid, primitive: u32) -> Option<MaterialId> {
+        let (number, triangle) = solid.operand_of(primitive & !TURNED);
+        let operand = &solid.operands[number as usize];
+        let of_mesh = || match operand.shape {
+            Shape::Mesh(id) => self.scene.meshes.row(id).material(triangle),
+            _ => None,
+        };
+        operand.material.or_else(of_mesh)
+    }
+
     fn push_primitive_spans(&self, shape: Shape, spans: &mut Vec<Span>) {
         let Some(solid) = self.scene.solid(shape) else {
             return;
@@ -218,7 +309,7 @@ impl Ray<'_> {
             (&self.line, f64::NEG_INFINITY),
             scratch,
             |crossing| {
-                let (number, triangle) = solid.operand_of(crossing.primitive & !TURNED);
+                let (number, _) = solid.operand_of(crossing.primitive & !TURNED);
                 let operand = &solid.operands[number as usize];
                 let frame = &solid.frames[operand.frame as usize];
                 let t = crossing.root.rounded();
@@ -230,11 +321,7 @@ impl Ray<'_> {
                     1.0
                 };
                 let normal = DVec3::from_array(normal) * side;
-                let material = || match operand.shape {
-                    Shape::Mesh(id) => self.scene.meshes.row(id).material(triangle),
-                    _ => None,
-                };
-                let material = operand.material.or_else(material);
+                let material = self.material_at(solid, crossing.primitive);
                 let end = self.end(t, operand.id, material, normal);
                 if crossing.enters {
                     open = Some(end);

@@ -74,7 +74,7 @@ pub fn crossings(
         found.extend(roots.map(|root| part.at(root.t)));
         let clusters = answer.clusters.iter().filter_map(|c| part.crossed(&p, c));
         found.extend(clusters.map(|s| part.at(s)));
-        found.sort_by(f64::total_cmp);
+        found.sort_unstable_by(f64::total_cmp);
     }
     begins(&p) < 0.0
 }

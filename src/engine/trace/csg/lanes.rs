@@ -144,7 +144,7 @@ fn keep_nearest<L: Lanes>(
 ) -> L {
     let lane = active.trailing_zeros() as usize;
     let enter = |entry: u64| csg.part_of(entry, slabs, t_min).1.lane(lane).to_f64();
-    boxed.sort_by(|a, b| enter(*a).total_cmp(&enter(*b)));
+    boxed.sort_unstable_by(|a, b| enter(*a).total_cmp(&enter(*b)).then(a.cmp(b)));
     let next = enter(boxed[MAX_OPERANDS]);
     boxed.truncate(MAX_OPERANDS);
     boxed.sort_unstable();

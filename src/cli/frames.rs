@@ -9,7 +9,7 @@
 use super::args::RenderArgs;
 use super::error::CliError;
 use super::output::{Results, check_destinations, printable_line};
-use super::pipeline::{Prepared, complete, load, named, structure, warn_of_areas};
+use super::pipeline::{Prepared, complete, load, named, structure, warn_of_losses};
 use super::progress::{Drawing, rate};
 use super::{ground, interrupt};
 use crate::accel::{KeptTrees, RefitOutcome, WORST_REFIT, World};
@@ -42,12 +42,18 @@ pub fn run(
     let scene = args.scene.as_deref();
     let loaded = load(scene, &options, &mut watch, &mut stats)?;
     let config = args.light.complete(config.clone(), &loaded);
+    if args.light.ground && loaded.moves() {
+        return Err(CliError::Usage(
+            "--ground lies under things as they stand, and in this scene they move; leave it out"
+                .into(),
+        ));
+    }
     let (loaded, config) = match args.light.ground {
         true => ground::stand(loaded, named(scene), config)?,
         false => (loaded, config),
     };
     let config = &config;
-    warn_of_areas(&loaded, config);
+    warn_of_losses(&loaded, config);
     stats.picture.spp = config.spp;
     let development = &match config.integrator {
         Integrator::Path => args.development.of_paths(*development),

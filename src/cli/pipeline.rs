@@ -3,6 +3,7 @@
 
 use super::error::CliError;
 use super::output::complain;
+use super::plan::layers_of;
 use super::scene;
 use crate::accel::{BuildQuality, KdQuality, Structure, World};
 use crate::io::{LoadError, LoadOptions};
@@ -129,8 +130,18 @@ pub fn complete(
     })
 }
 
-/// Warns that direct light makes points of lights with an area.
-pub fn warn_of_areas(scene: &Scene, config: &RenderConfig) {
+/// Warns of what direct light does not show: layers of materials, and the extent of lights.
+pub fn warn_of_losses(scene: &Scene, config: &RenderConfig) {
+    // What direct light knows, too.
+    const KNOWN: [&str; 5] = ["phong", "emission", "transmission", "metal", "priority"];
+    let mut layers = layers_of(&scene.materials.rows);
+    layers.retain(|layer| !KNOWN.contains(layer));
+    if config.integrator == Integrator::Direct && !layers.is_empty() {
+        complain(&format!(
+            "warning: direct light does not show {}; --integrator path does",
+            layers.join(", ")
+        ));
+    }
     let areas = scene.lights.iter().filter(|light| light.area() > 0.0);
     let count = areas.count();
     if config.integrator == Integrator::Direct && count > 0 {

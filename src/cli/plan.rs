@@ -2,6 +2,8 @@
 
 mod light;
 
+pub(super) use light::layers_of;
+
 use super::args::{PlanArgs, needed_integrator};
 use super::error::CliError;
 use super::interrupt;

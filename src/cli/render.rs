@@ -3,7 +3,7 @@
 use super::args::RenderArgs;
 use super::error::CliError;
 use super::output::{Results, check_destinations, complain, printable_line};
-use super::pipeline::{complete, load, named, warn_of_areas};
+use super::pipeline::{complete, load, named, warn_of_losses};
 use super::progress::{Drawing, rate};
 use super::{frames, ground, interrupt, memory, part};
 use crate::io::picture_files;
@@ -49,7 +49,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
         true => ground::stand(scene, named(path), config)?,
         false => (scene, config),
     };
-    warn_of_areas(&scene, &config);
+    warn_of_losses(&scene, &config);
     stats.picture.spp = config.spp;
     let development = match config.integrator {
         Integrator::Path => args.development.of_paths(development),

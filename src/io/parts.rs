@@ -46,6 +46,22 @@ const PIXEL: usize = 4 * size_of::<f64>();
 /// As of `--size`.
 const MAX_PIXELS: u64 = 1 << 28;
 
+impl PartHeader {
+    /// Returns the bytes of the header between the magic number and the checksum.
+    fn fields(&self) -> Vec<u8> {
+        let words = [
+            VERSION,
+            self.width,
+            self.height,
+            self.samples.start,
+            self.samples.end,
+            u32::from(self.has_alpha) | u32::from(self.is_radiance) << 1,
+        ];
+        let words = words.iter().flat_map(|word| word.to_le_bytes());
+        words.chain(self.key.to_le_bytes()).collect()
+    }
+}
+
 impl Part {
     /// Makes a part; `sums` has a row per pixel.
     pub fn new(
@@ -55,19 +71,18 @@ impl Part {
         key: u128,
         sums: Vec<[f64; 4]>,
     ) -> Part {
+        let mut header = PartHeader {
+            width,
+            height,
+            samples,
+            has_alpha,
+            is_radiance,
+            key,
+            checksum: 0,
+        };
         let bytes = sums.iter().flatten().flat_map(|x| x.to_le_bytes());
-        Part {
-            header: PartHeader {
-                width,
-                height,
-                samples,
-                has_alpha,
-                is_radiance,
-                key,
-                checksum: fnv(bytes),
-            },
-            sums,
-        }
+        header.checksum = fnv(header.fields().into_iter().chain(bytes));
+        Part { header, sums }
     }
 
     /// Adds the `.sums` file to `outputs`, which the caller commits.
@@ -75,16 +90,7 @@ impl Part {
         let header = &self.header;
         let mut bytes = Vec::with_capacity(HEADER + self.sums.len() * PIXEL);
         bytes.extend(MAGIC);
-        let words = [
-            VERSION,
-            header.width,
-            header.height,
-            header.samples.start,
-            header.samples.end,
-            u32::from(header.has_alpha) | u32::from(header.is_radiance) << 1,
-        ];
-        bytes.extend(words.iter().flat_map(|word| word.to_le_bytes()));
-        bytes.extend(header.key.to_le_bytes());
+        bytes.extend(header.fields());
         bytes.extend(header.checksum.to_le_bytes());
         bytes.extend(self.sums.iter().flatten().flat_map(|x| x.to_le_bytes()));
         outputs.add(path, bytes)
@@ -106,7 +112,7 @@ impl Part {
         sums.try_reserve_exact(pixels)
             .map_err(|_| out_of_memory())?;
         let mut row = vec![0; header.width as usize * PIXEL];
-        let mut checksum = FNV;
+        let mut checksum = fnv(header.fields().into_iter());
         for _ in 0..header.height {
             file.read_exact(&mut row).map_err(failed)?;
             checksum = row.iter().fold(checksum, eat);
@@ -118,7 +124,7 @@ impl Part {
         if checksum != header.checksum {
             return Err(invalid(
                 path,
-                "its sums are not those that were written; copy or render it again",
+                "its content is not what was written; copy or render it again",
             ));
         }
         Ok(Part { header, sums })
@@ -258,14 +264,17 @@ mod tests {
             said(&bytes)
         };
         assert!(said(&[]).contains("too short"));
-        assert!(said(&good[..good.len() - 1]).contains("247 bytes"));
+        assert!(said(&good[..good.len() - 1]).contains("243 bytes"));
         assert!(changed(0, b'X').contains("no part of a picture"));
         assert!(changed(4, 2).contains("version 2"));
         // A width that would take terabytes is compared with the file first.
         assert!(changed(11, 0x7f).contains("damaged"));
         assert!(changed(8, 4).contains("4x2"));
         assert!(changed(20, 0).contains("damaged"));
-        assert!(changed(HEADER + 3, 1).contains("not those that were written"));
+        // Other samples of as good a range, and a sum.
+        assert!(changed(16, 0).contains("not what was written"));
+        assert!(changed(24, 0).contains("not what was written"));
+        assert!(changed(HEADER + 3, 1).contains("not what was written"));
         assert!(Part::load(folder.path()).is_err());
     }
 }

@@ -28,15 +28,20 @@ pub struct PathPicture {
     materials: Materials,
     sampler: Sampler,
     filter: Filter,
-    media: MediaField,
+    pub(super) media: MediaField,
     max_depth: u32,
-    samples: u32,
-    backdrop: Seen,
+    pub(super) samples: u32,
+    pub(super) backdrop: Seen,
     /// Whether some mesh has vertex normals.
-    smooth: bool,
+    pub(super) smooth: bool,
 }
 
 impl PathPicture {
+    /// Says whether there are meshes with vertex normals, and whether paths may pass surfaces.
+    pub(super) fn kinds(&self) -> (bool, bool) {
+        (self.smooth, self.materials.has_holes())
+    }
+
     /// Prepares a picture, unless its integrator traces no paths.
     pub fn new(view: &View, config: &RenderConfig) -> Option<PathPicture> {
         let scene = &view.world.scene;
@@ -140,22 +145,7 @@ impl PathTile<'_> {
         trace: &'b mut TraceScratch,
         counts: &mut RayCounts,
     ) -> TileSums<'b> {
-        let picture = self.picture;
-        let tracer = PathTracer {
-            world: self.view.world,
-            kernels: Kernels {
-                ..self.view.kernels
-            },
-            luminaires: &picture.luminaires,
-            materials: &picture.materials,
-            sampler: picture.sampler,
-            max_depth: picture.max_depth,
-            media: picture.media.eye,
-            solids: picture.media.solids.as_ref(),
-            backdrop: picture.backdrop,
-            ground: self.config.ground,
-            cancel: self.cancel,
-        };
+        let tracer = self.tracer();
         let pixels = self.order.len();
         let slots = arena.alloc_slice_fill_copy(pixels, [0.0_f32; 4]);
         let adaptive = self.config.adaptive.is_some();
@@ -164,7 +154,7 @@ impl PathTile<'_> {
             even: adaptive.then(|| Sums::new(pixels, arena)),
         };
         let mut cache = ShadowCache::new(self.config.shadow_cache);
-        let scratch = &mut PathScratch::new(arena, trace, picture.smooth);
+        let scratch = &mut PathScratch::new(arena, trace, self.picture.kinds());
         for sample in samples {
             let statistics = &mut Statistics {
                 counts: RayCounts::default(),
@@ -191,8 +181,27 @@ impl PathTile<'_> {
         sums
     }
 
+    pub(super) fn tracer(&self) -> PathTracer<'_> {
+        let picture = self.picture;
+        PathTracer {
+            world: self.view.world,
+            kernels: Kernels {
+                ..self.view.kernels
+            },
+            luminaires: &picture.luminaires,
+            materials: &picture.materials,
+            sampler: picture.sampler,
+            max_depth: picture.max_depth,
+            media: picture.media.eye,
+            solids: picture.media.solids.as_ref(),
+            backdrop: picture.backdrop,
+            ground: self.config.ground,
+            cancel: self.cancel,
+        }
+    }
+
     /// Queues a camera ray for each pixel, through a point that the filter chooses.
-    fn queue_rays(&self, sample: u32, scratch: &mut PathScratch) {
+    pub(super) fn queue_rays(&self, sample: u32, scratch: &mut PathScratch) {
         let PathPicture {
             sampler, filter, ..
         } = self.picture;

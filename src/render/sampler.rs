@@ -15,11 +15,28 @@ pub fn sample_position(
     index: u32,
     count: u32,
 ) -> [f64; 2] {
+    position_in(seed, frame_key(frame), pixel, index, count)
+}
+
+/// Hashes the number of a frame, once for all its pixels.
+pub(super) fn frame_key(frame: u32) -> u64 {
+    mix(u64::from(frame))
+}
+
+/// As [`sample_position`], from a frame's key.
+#[inline(always)]
+pub(super) fn position_in(
+    seed: u64,
+    frame_key: u64,
+    pixel: (u32, u32),
+    index: u32,
+    count: u32,
+) -> [f64; 2] {
     if count == 1 {
         return [0.5, 0.5];
     }
     let place = u64::from(pixel.0) | u64::from(pixel.1) << 32;
-    let key = mix(seed ^ mix(place ^ mix(u64::from(frame))));
+    let key = mix(seed ^ mix(place ^ frame_key));
     let (dx, dy) = (unit(key), unit(mix(key)));
     let x = (f64::from(index) + 0.5) / f64::from(count) + dx;
     let y = f64::from(index.reverse_bits()) * TWO_POW_MINUS_32 + dy;

@@ -16,7 +16,7 @@ use super::items::{item_buffer, tiles_of};
 use super::paths::{PathPicture, PathTile};
 use super::pixel_order::{BLOCK, Spot, morton_order};
 use super::progress::Progress;
-use super::sampler::sample_position;
+use super::sampler::{frame_key, position_in};
 use crate::accel::World;
 use crate::math::lanes::Lanes;
 use crate::plan::Kernels;
@@ -575,9 +575,10 @@ impl Tile<'_> {
     fn sampled(&self, generator: &RayGenerator, spots: &[Spot; STEP], sample: u32) -> [Doubles; 2] {
         let config = self.config;
         let (mut at, mut offset) = ([[0.0; STEP]; 2], [[0.0; STEP]; 2]);
+        let frame = frame_key(config.frame);
         for (i, spot) in spots.iter().enumerate() {
             let (x, y) = (self.corner.0 + spot.x, self.corner.1 + spot.y);
-            let [dx, dy] = sample_position(config.seed, config.frame, (x, y), sample, config.spp);
+            let [dx, dy] = position_in(config.seed, frame, (x, y), sample, config.spp);
             (at[0][i], at[1][i]) = (f64::from(x), f64::from(y));
             (offset[0][i], offset[1][i]) = (dx, dy);
         }

@@ -214,6 +214,11 @@ fn mesh_normals<D: Lanes<Scalar = f64>>(
     (ng, smooth)
 }
 
+/// The least cosine between a facet and the normals at its corners for which these describe a
+/// surface near it. Scanned meshes have folds whose normals do not: lifted points would lie below
+/// neighbouring facets.
+const AGREEING: f64 = 0.7;
+
 /// Returns the vectors that lift points of smooth triangles onto the surface which their
 /// vertices' normals suggest, in object space: the mean of the vertices' tangent planes, where
 /// these lie above the point (Hanika, "Hacking the Shadow Terminator", 2021). `side` is -1 where
@@ -229,20 +234,24 @@ pub(super) fn lift_onto_smooth<D: Lanes<Scalar = f64>>(
     };
     let corners = facets::<D>(mesh, triangles);
     let [a, b, c] = corners;
-    let weights = weights(corners, (b - a).cross(c - a), at);
+    let across = (b - a).cross(c - a);
+    let weights = weights(corners, across, at);
     let sum = weights[0] + weights[1] + weights[2];
     let mut lift = Vec3::splat([0.0; 3]);
+    let facing = units(across) * side;
+    let mut agree = D::Mask::splat(true);
     for k in 0..3 {
         let normal = units(Vec3::<D>::of_lanes(|i| {
             let vertex = mesh.triangles[triangles[i] as usize][k];
             normals[vertex as usize].map(f64::from)
         }));
         let normal = normal * side;
+        agree = agree & normal.dot(facing).gt(D::splat(AGREEING));
         let below = (at - corners[k]).dot(normal).min(D::zero());
         let share = (weights[k] / sum).max(D::zero()).min(D::splat(1.0));
         lift = lift - normal * (share * below);
     }
-    let known = sum.abs().gt(D::zero()) & lift.max_abs().lt(D::splat(f64::MAX));
+    let known = agree & sum.abs().gt(D::zero()) & lift.max_abs().lt(D::splat(f64::MAX));
     Vec3::select(known, lift, Vec3::splat([0.0; 3]))
 }
 

@@ -122,6 +122,90 @@ fn a_square_light_above_a_floor() {
     check("square light", scene, 1, 0.5 * 0.5541264240);
 }
 
+/// A sheet that is all hole, between a floor and lamps that are met, changes nothing: what is
+/// behind it is weighed by the light sampled where the path was scattered.
+#[test]
+fn a_hole_in_front_of_a_light_is_not_there() {
+    for of_table in [false, true] {
+        let mut scene = SceneBuilder::default();
+        floor(&mut scene, lambert(0.5));
+        let square = |height: f64, half: f64| {
+            [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+                .map(|(x, z)| DVec3::new(x * half, height, z * half))
+        };
+        if of_table {
+            scene.light(Light::Rectangle {
+                center: DVec3::Y,
+                edges: [DVec3::X * 2.0, DVec3::Z * 2.0],
+                radiance: [1.0; 3],
+                two_sided: false,
+            });
+        } else {
+            polygon(&mut scene, &square(1.0, 1.0), shining(1.0, 0.0));
+        }
+        let hole = Material {
+            layers: Layers {
+                opacity: 0.0,
+                ..Layers::default()
+            },
+            ..lambert(0.5)
+        };
+        polygon(&mut scene, &square(0.9, 3.0), hole);
+        check("light behind a hole", scene, 3, 0.5 * 0.5541264240);
+    }
+}
+
+/// Between a floor and a lamp, both inside a medium of index 1 that absorbs, lies a body of
+/// another medium that the first displaces: it changes nothing.
+#[test]
+fn a_displaced_medium_is_not_there() {
+    let light = |with_body: bool| {
+        let mut scene = SceneBuilder::default();
+        floor(&mut scene, lambert(0.5));
+        let points = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+        let points = points.map(|(x, z)| DVec3::new(x, 1.0, z));
+        polygon(&mut scene, &points, shining(1.0, 0.0));
+        let medium = |ior: f32, priority: i32| Material {
+            transmission: 1.0,
+            ior,
+            layers: Layers {
+                priority,
+                attenuation_color: [0.5; 3],
+                attenuation_distance: 2.0,
+                ..Layers::default()
+            },
+            ..Material::metallic_roughness([1.0; 3], 0.0, 0.0)
+        };
+        let air = scene.material("", medium(1.0, 1));
+        let whole = scene.sphere(
+            "",
+            Sphere {
+                center: DVec3::ZERO,
+                radius: 50.0,
+            },
+        );
+        scene.instance("", Edge::shape(whole).material(air));
+        if with_body {
+            let glass = scene.material("", medium(1.5, 0));
+            let body = scene.cuboid(
+                "",
+                Cuboid {
+                    min: DVec3::new(-4.0, 0.4, -4.0),
+                    max: DVec3::new(4.0, 0.6, 4.0),
+                },
+            );
+            scene.instance("", Edge::shape(body).material(glass));
+        }
+        seen(&scene.finish().unwrap(), 6)
+    };
+    let [without, with] = [false, true].map(light);
+    // Absorbed over a way of 1 at least.
+    assert!(without.0 < 0.5 * 0.5541264240 * 0.5_f64.sqrt());
+    assert!(without.0 > 0.15, "{without:?}");
+    let error = 3.0 * (without.1 + with.1) + 1e-4;
+    assert!((without.0 - with.0).abs() < error, "{without:?}, {with:?}");
+}
+
 /// Lights of the table with an area: matte floors see them as they would a body.
 #[test]
 fn rectangles_and_discs_of_light_above_a_floor() {
@@ -305,19 +389,44 @@ fn a_white_ball_in_a_white_furnace() {
         );
         let white = scene.material("", material);
         scene.instance("", Edge::shape(ball).material(white));
-        scene.background([1.0; 3]);
-        scene.light(Light::Point {
-            position: DVec3::new(0.0, 5.0, 0.0),
-            intensity: [0.0; 3],
-            falloff: Falloff::InverseSquare,
-            radius: 0.0,
-        });
+        scene.environment(Environment::uniform([1.0; 3]));
         window(
             &mut scene,
             DVec3::new(0.3, 0.2, 2.0),
             DVec3::new(0.3, 0.2, 0.0),
         );
         check("furnace", scene, 100, 1.0);
+    }
+}
+
+/// A sheet that covers a quarter gives off a quarter of its radiance, and lets three quarters of
+/// the sky through, also where nothing is scattered on it.
+#[test]
+fn holes_do_not_shine() {
+    for unlit in [false, true] {
+        let mut scene = SceneBuilder::default();
+        let at = |x: f64, y: f64| DVec3::new(x, y, 0.0);
+        let corners = [at(-9.0, -9.0), at(9.0, -9.0), at(9.0, 9.0), at(-9.0, 9.0)];
+        let sheet = scene.polygon("", &corners, &[]);
+        let material = Material {
+            emission: [1.0; 3],
+            layers: Layers {
+                opacity: 0.25,
+                unlit,
+                ..Layers::default()
+            },
+            base_color: [0.0; 3],
+            ..lambert(0.0)
+        };
+        let material = scene.material("", material);
+        scene.instance("", Edge::shape(sheet).material(material));
+        scene.environment(Environment::uniform([2.0; 3]));
+        window(
+            &mut scene,
+            DVec3::new(0.3, 0.2, 2.0),
+            DVec3::new(0.3, 0.2, 0.0),
+        );
+        check("sheet", scene, 10, 0.25 + 0.75 * 2.0);
     }
 }
 

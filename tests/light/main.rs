@@ -1,5 +1,6 @@
 //! Tests of light: path-traced pictures against closed formulas, and their bits.
 
+mod allocations;
 mod closed_forms;
 mod identity;
 mod inspections;
@@ -7,3 +8,6 @@ mod media;
 mod pictures;
 mod sampling;
 mod smooth;
+
+#[global_allocator]
+static ALLOCATOR: allocations::Counting = allocations::Counting;

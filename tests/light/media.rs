@@ -16,9 +16,24 @@ fn medium(ior: f32) -> Material {
 /// Two slabs of indices 1.5 and 1.33 with a gap between them, and a strip that shines behind,
 /// seen by one ray aslant. Returns what it sees.
 fn seen(gap: f64, liquid_first: bool, strip: [f64; 2], inside: bool) -> f32 {
+    colors_seen(gap, liquid_first, strip, inside, 0.0)[0]
+}
+
+/// As [`seen`], with this dispersion of the first slab; the three colours.
+fn colors_seen(
+    gap: f64,
+    liquid_first: bool,
+    strip: [f64; 2],
+    inside: bool,
+    dispersion: f32,
+) -> [f32; 3] {
     let mut scene = SceneBuilder::default();
     let slab = |scene: &mut SceneBuilder, from: f64, to: f64, ior| {
-        let material = scene.material("", medium(ior));
+        let mut material = medium(ior);
+        if ior == 1.5 {
+            material.layers.dispersion = dispersion;
+        }
+        let material = scene.material("", material);
         let slab = scene.cuboid(
             "",
             Cuboid {
@@ -67,7 +82,7 @@ fn seen(gap: f64, liquid_first: bool, strip: [f64; 2], inside: bool) -> f32 {
     let picture = tracer
         .render(&config, &Default::default(), &|_| ())
         .unwrap();
-    picture.color.iter().map(|c| c[0]).sum::<f32>() / 16.0
+    [0, 1, 2].map(|k| picture.color.iter().map(|c| c[k]).sum::<f32>() / 16.0)
 }
 
 /// Where the ray lands by Snell's law.
@@ -110,4 +125,18 @@ fn an_eye_in_glass_knows_it() {
     let y = 2.0 * tan(sin) + tan(sin * 1.5 / 1.33) + 2.0 * tan(sin * 1.5);
     let hit = seen(0.0, false, [y - 1e-3, y + 1e-3], true);
     assert!(hit > 0.5, "{hit}");
+}
+
+/// Each colour lands where its own index sends it; all 1,024 paths are of one colour each.
+#[test]
+fn dispersion_parts_the_colours() {
+    for (channel, index) in [(0, 1.475), (1, 1.5), (2, 1.525)] {
+        let y = landing(&[(1.0, 1.0), (1.0, index), (1.0, 1.33), (2.0, 1.0)]);
+        let hit = colors_seen(0.0, false, [y - 1e-4, y + 1e-4], false, 2.0);
+        // A third of the paths, each of thrice the light: 0.92, and 3 sigma.
+        assert!((hit[channel] - 0.92).abs() < 0.13, "{hit:?}");
+        for other in [(channel + 1) % 3, (channel + 2) % 3] {
+            assert!(hit[other] < 0.02, "{hit:?}");
+        }
+    }
 }

@@ -105,6 +105,8 @@ const UNSAFE: &[(&str, usize)] = &[
     ("src/measure/baseline/embree/ffi.rs", 2),
     ("src/measure/baseline/embree/mod.rs", 6),
     ("src/measure/baseline/embree/trace.rs", 12),
+    // A counting allocator.
+    ("tests/light/allocations.rs", 7),
     // The section of functions that run before `main`.
     ("src/main.rs", 1),
 ];

@@ -150,7 +150,7 @@ fn is_medium(material: &Material) -> bool {
 }
 
 /// Names what some material has.
-fn layers_of(rows: &[Material]) -> Vec<&'static str> {
+pub fn layers_of(rows: &[Material]) -> Vec<&'static str> {
     type Has = fn(&Material) -> bool;
     let known: [(&str, Has); 17] = [
         ("phong", |m| matches!(m.model, Model::Phong { .. })),

@@ -203,8 +203,19 @@ impl Writer<'_> {
 
     pub(super) fn lights(&mut self) {
         let scene = self.scene;
-        match &scene.environment {
-            Some(map) => {
+        let uniform = match &scene.environment {
+            Some(map) => map.uniform_radiance(),
+            None => (scene.background != [0.0; 3]).then_some(scene.background),
+        };
+        match (&scene.environment, uniform) {
+            (_, Some(radiance)) => {
+                let radiance = color("radiance", radiance);
+                let _ = writeln!(
+                    self.xml,
+                    "  <emitter type=\"constant\">{radiance}</emitter>"
+                );
+            }
+            (Some(map), None) => {
                 let name = format!("{}_environment.exr", self.stem);
                 let picture = Picture {
                     width: map.width,
@@ -233,14 +244,7 @@ impl Writer<'_> {
                     Err(_) => self.notes.missing("environment map"),
                 }
             }
-            None if scene.background != [0.0; 3] => {
-                let radiance = color("radiance", scene.background);
-                let _ = writeln!(
-                    self.xml,
-                    "  <emitter type=\"constant\">{radiance}</emitter>"
-                );
-            }
-            None => {}
+            (None, None) => {}
         }
         for light in &scene.lights {
             self.light(light);

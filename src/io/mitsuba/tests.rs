@@ -105,7 +105,7 @@ fn rectangles_and_discs_of_light_shine_along_their_normals() {
         "{lines:?}"
     );
     assert!(
-        lines[1].contains("\"disk\"") && lines[1].contains("4 5 6"),
+        lines[1].contains("\"disk\"") && lines[1].contains("4, 5, 6"),
         "{lines:?}"
     );
 }

@@ -31,8 +31,8 @@ pub(super) fn environment(
         return Err(source.error(at, "scale is too large; at most 3e38 is possible here"));
     }
     let rotation = row.rotation.unwrap_or(0.0).to_radians();
-    match (&row.file, &row.sky) {
-        (Some(file), None) => {
+    match (&row.file, &row.sky, &row.color) {
+        (Some(file), None, None) => {
             let map = picture_of_sky(source, file, (options, report))?;
             scene.environment(Environment {
                 width: map.width,
@@ -43,7 +43,15 @@ pub(super) fn environment(
             });
             Ok(())
         }
-        (None, Some(sky)) => {
+        (None, None, Some(color)) if color.value.iter().any(|c| *c < 0.0) => {
+            Err(source.error(color.at, "color must be 0 or greater"))
+        }
+        (None, None, Some(color)) => {
+            let radiance = std::array::from_fn(|k| color.value[k] * scale[k]);
+            scene.environment(Environment::uniform(radiance));
+            Ok(())
+        }
+        (None, Some(sky), None) => {
             let towards = not_zero(source, "sun_direction", &sky.sun_direction)?;
             let ground = sky.ground.unwrap_or([0.3; 3]);
             let turbidity = sky.turbidity.unwrap_or(3.0);
@@ -63,8 +71,12 @@ pub(super) fn environment(
             }
             Ok(())
         }
-        (file, sky) => {
-            let given = [("file", file.is_some()), ("sky", sky.is_some())];
+        (file, sky, color) => {
+            let given = [
+                ("file", file.is_some()),
+                ("sky", sky.is_some()),
+                ("color", color.is_some()),
+            ];
             Err(not_one(source, at, "the environment", &given))
         }
     }

@@ -50,7 +50,7 @@ pub struct File {
 }
 
 /// The radiance from all directions, which lights the scene and shows where a ray meets nothing,
-/// in place of the background: a picture, or a clear sky; exactly one of the two.
+/// in place of the background: a picture, a clear sky, or one colour; exactly one of the three.
 ///
 /// The picture is longitude by latitude, its top row the zenith, +y; its middle column shows
 /// what lies towards -z, and its right half what lies towards +x.
@@ -62,6 +62,8 @@ pub struct Environment {
     pub file: Option<At<String>>,
     /// A clear sky by day (Preetham 1999), and its sun as a light.
     pub sky: Option<Sky>,
+    /// The same radiance from everywhere, in W/(sr·m²).
+    pub color: Option<At<Color>>,
     /// Degrees to turn the picture about +y, counter-clockwise seen from above; 0 if absent.
     pub rotation: Option<f64>,
     /// A factor of the radiance, or one for each of red, green and blue, 0 or greater; 1 if

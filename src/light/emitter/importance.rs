@@ -76,14 +76,19 @@ impl<L: Lanes<Scalar = f32>> Receiver<L> {
     #[inline(always)]
     pub fn importance(&self, bounds: &Bounds) -> L {
         let (zero, one) = (L::zero(), L::splat(1.0));
-        let to = narrow::<L>(Vec3::<L::Double>::splat(bounds.center) - self.point);
+        let wide = Vec3::<L::Double>::splat(bounds.center) - self.point;
+        // In f32 a point on a shining ball would lie in it or not by chance, and so waste its
+        // samples on what is below its own horizon.
+        let reach = L::Double::splat(bounds.radius * bounds.radius);
+        let inside = L::Mask::from_bits(wide.length_squared().le(reach).bits());
+        let to = narrow::<L>(wide);
         let radius = L::splat(bounds.radius as f32);
         let square = to
             .length_squared()
             .max(L::splat(1.0 / MOST))
             .min(L::splat(MOST));
         let near = (radius * radius).min(L::splat(MOST));
-        let cone = Cone::new((near / square).min(one), near.ge(square));
+        let cone = Cone::new((near / square).min(one), inside);
         let nearness = one / square.sqrt();
         let surface = L::select(
             self.one_sided,

@@ -139,6 +139,10 @@ impl Emitters {
         background: Rgb,
         compensation: Compensation,
     ) -> Emitters {
+        // Scattered rays alone find a sky of one radiance best.
+        let uniform = environment.and_then(Environment::uniform_radiance);
+        let background = uniform.unwrap_or(background);
+        let environment = environment.filter(|_| uniform.is_none());
         let sky = environment.map(|map| SkyMap::new(map, compensation));
         let mut all = Emitters {
             kinds: Vec::with_capacity(emitters.len()),

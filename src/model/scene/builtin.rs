@@ -1,56 +1,74 @@
-//! The built-in scene: a sphereflake (Haines 1987, balls) of gold among glass and mirrors,
-//! on a floor of boxes. A program builds it, without any file.
+//! The built-in scene: a golden sphereflake (Haines 1987, balls) among glass, copper and solids
+//! that are cut and drilled, under a large soft lamp. A program builds it, without any file.
 
 use super::*;
-use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Sphere};
-use glam::DVec3;
+use crate::geom::{Cuboid, Cylinder, HalfSpace, Sphere};
+use glam::{DAffine3, DVec3};
 
-/// The levels of the flake below its middle sphere: 1 + 9 + 81 + 729 + 6,561 spheres.
-const LEVELS: u32 = 4;
+/// The levels of the flake below its middle sphere: 1 + 9 + 81 + 729 spheres.
+const LEVELS: u32 = 3;
 
 pub fn builtin() -> Result<Scene, SceneError> {
     let scene = &mut SceneBuilder::default();
-    floor(scene);
     flake(scene);
-    guests(scene);
-
-    scene.background([0.66, 0.6, 0.56]);
+    balls(scene);
+    solids(scene);
+    lights(scene);
+    let ground = scene.half_space(
+        "ground",
+        HalfSpace {
+            normal: DVec3::Y,
+            offset: 0.0,
+        },
+    );
+    let stone = scene.material("stone", dull([0.50, 0.48, 0.45], 0.55));
+    scene.instance("", Edge::shape(ground).material(stone));
     scene.camera(
         "front",
         Camera::perspective(
-            DVec3::new(2.1, 2.7, 6.6),
-            DVec3::new(0.05, 0.72, 0.0),
+            DVec3::new(3.3, 3.6, 7.4),
+            DVec3::new(0.1, 0.62, 0.15),
             DVec3::Y,
-            31.0,
+            27.0,
         ),
     );
-    scene.light(Light::Point {
-        position: DVec3::new(-4.5, 7.0, 5.0),
-        intensity: [210.0, 195.0, 170.0],
-        falloff: Falloff::InverseSquare,
-        radius: 0.0,
-    });
-    scene.light(Light::Directional {
-        direction: DVec3::new(-1.0, -0.9, -0.6),
-        irradiance: [0.75, 0.9, 1.15],
-        angle: 0.0,
-    });
     std::mem::take(scene).finish()
+}
+
+fn dull(color: Rgb, roughness: f32) -> Material {
+    Material::metallic_roughness(color, 0.0, roughness)
+}
+
+fn metal(color: Rgb, roughness: f32) -> Material {
+    Material::metallic_roughness(color, 1.0, roughness)
+}
+
+/// Adds a large lamp on the left, and a sky that fills the shadows.
+fn lights(scene: &mut SceneBuilder) {
+    let corners = [
+        DVec3::new(-7.4, 4.6, -3.2),
+        DVec3::new(-2.8, 8.8, -3.2),
+        DVec3::new(-2.8, 8.8, 5.4),
+        DVec3::new(-7.4, 4.6, 5.4),
+    ];
+    let lamp = scene.polygon("lamp", &corners, &[]);
+    let shine = scene.material(
+        "lamp",
+        Material {
+            emission: [6.2, 5.5, 4.6],
+            ..dull([0.0; 3], 1.0)
+        },
+    );
+    scene.instance("", Edge::shape(lamp).material(shine));
+    scene.environment(Environment::uniform([0.34, 0.39, 0.47]));
 }
 
 /// Adds a golden middle sphere with nine smaller ones on it, and so on.
 fn flake(scene: &mut SceneBuilder) {
-    let metal = |rgb: Rgb, roughness| Material::metallic_roughness(rgb, 1.0, roughness);
-    let gold = scene.material("gold", metal([1.0, 0.74, 0.32], 0.0));
-    let rose = scene.material(
-        "rose",
-        Material::metallic_roughness([0.86, 0.42, 0.3], 0.0, 0.35),
-    );
-    let pearl = scene.material(
-        "pearl",
-        Material::metallic_roughness([0.92, 0.85, 0.74], 0.0, 0.3),
-    );
-    let mut open = vec![(DVec3::new(0.0, 1.0, 0.0), 0.62, DVec3::Y, 0)];
+    let gold = scene.material("gold", metal([1.0, 0.74, 0.32], 0.25));
+    let rose = scene.material("rose", dull([0.8, 0.3, 0.22], 0.35));
+    let pearl = scene.material("pearl", dull([0.9, 0.86, 0.8], 0.25));
+    let mut open = vec![(DVec3::new(0.0, 1.02, 0.0), 0.62, DVec3::Y, 0)];
     while let Some((center, radius, up, level)) = open.pop() {
         let ball = scene.sphere("", Sphere { center, radius });
         let material = [gold, pearl, rose][level as usize % 3];
@@ -76,102 +94,93 @@ fn flake(scene: &mut SceneBuilder) {
     }
 }
 
-/// Adds one shape of each other kind.
-fn guests(scene: &mut SceneBuilder) {
-    let dull = Material::metallic_roughness;
+/// Adds a ball of green glass and one of copper.
+fn balls(scene: &mut SceneBuilder) {
     let glass = scene.material(
         "glass",
         Material {
             transmission: 1.0,
             ior: 1.5,
-            ..dull([0.98, 1.0, 0.99], 0.0, 0.0)
+            layers: Layers {
+                attenuation_color: [0.55, 0.85, 0.72],
+                attenuation_distance: 1.2,
+                ..Layers::default()
+            },
+            ..dull([1.0; 3], 0.0)
         },
     );
-    let mirror = scene.material("mirror", dull([0.9, 0.92, 0.95], 1.0, 0.0));
-    let teal = scene.material("teal", dull([0.04, 0.42, 0.45], 0.0, 0.3));
-    let orange = scene.material("orange", dull([0.9, 0.36, 0.06], 0.0, 0.4));
-
-    let sphere = |center, radius| Sphere { center, radius };
-    let ball = scene.sphere("glass ball", sphere(DVec3::new(1.35, 0.42, 1.35), 0.42));
-    scene.instance("", Edge::shape(ball).material(glass));
-    let ball = scene.sphere("mirror ball", sphere(DVec3::new(-1.75, 0.5, 0.75), 0.5));
-    scene.instance("", Edge::shape(ball).material(mirror));
-    let cone = scene.cone(
-        "cone",
-        Cone {
-            base: DVec3::new(-0.62, 0.0, 1.75),
-            top: DVec3::new(-0.62, 0.75, 1.75),
-            base_radius: 0.34,
-            top_radius: 0.0,
-            open: false,
-        },
-    );
-    scene.instance("", Edge::shape(cone).material(orange));
-    let tube = scene.cylinder(
-        "tube",
-        Cylinder {
-            base: DVec3::new(1.95, 0.0, -0.35),
-            top: DVec3::new(1.95, 0.95, -0.35),
-            radius: 0.36,
-            open: true,
-        },
-    );
-    scene.instance("", Edge::shape(tube).material(teal));
-    let pebble = scene.ellipsoid(
-        "pebble",
-        Ellipsoid {
-            center: DVec3::new(0.45, 0.17, 2.05),
-            radii: DVec3::new(0.36, 0.17, 0.24),
-        },
-    );
-    scene.instance("", Edge::shape(pebble).material(teal));
+    let copper = scene.material("copper", metal([0.93, 0.55, 0.4], 0.28));
+    for (name, center, radius, material) in [
+        ("glass ball", DVec3::new(1.55, 0.45, 1.35), 0.45, glass),
+        ("copper ball", DVec3::new(-1.55, 0.42, 1.15), 0.42, copper),
+    ] {
+        let ball = scene.sphere(name, Sphere { center, radius });
+        scene.instance(name, Edge::shape(ball).material(material));
+    }
 }
 
-/// Adds one box, 31 × 31 times, at slightly different heights and in two tones.
-fn floor(scene: &mut SceneBuilder) {
-    let light = scene.material(
-        "light stone",
-        Material::metallic_roughness([0.62, 0.6, 0.56], 0.0, 0.6),
-    );
-    let dark = scene.material(
-        "dark stone",
-        Material::metallic_roughness([0.2, 0.22, 0.26], 0.0, 0.35),
-    );
-    let under = scene.half_space(
-        "ground",
-        HalfSpace {
-            normal: DVec3::Y,
-            offset: -0.06,
-        },
-    );
-    scene.instance("", Edge::shape(under).material(dark));
-    let side = 0.245;
-    let tile = scene.cuboid(
-        "tile",
+/// Adds solids made of others: a drilled die, whose bores have a colour of their own, and a
+/// lacquered ring.
+fn solids(scene: &mut SceneBuilder) {
+    let yellow = scene.material("yellow", dull([0.92, 0.62, 0.1], 0.45));
+    let dark = scene.material("dark", dull([0.12, 0.14, 0.18], 0.4));
+    let half = DVec3::splat(0.42);
+    let block = scene.cuboid(
+        "block",
         Cuboid {
-            min: DVec3::new(-side, -0.3, -side),
-            max: DVec3::new(side, 0.0, side),
+            min: -half,
+            max: half,
         },
     );
-    let mut tiles = Vec::new();
-    for x in -15..=15_i32 {
-        for z in -15..=15_i32 {
-            // Five fixed heights, so that no two neighbours are alike.
-            let step = (x * 7 + z * 13).rem_euclid(5);
-            let place = glam::DAffine3::from_translation(DVec3::new(
-                f64::from(x) * 0.5,
-                f64::from(step) * -0.008,
-                f64::from(z) * 0.5,
-            ));
-            let material = if (x + z).rem_euclid(2) == 0 {
-                light
-            } else {
-                dark
-            };
-            let edge = Edge::shape(tile).material(material);
-            tiles.push(edge.transform(scene.transform(place.into())));
-        }
+    let ball = scene.sphere(
+        "rounding",
+        Sphere {
+            center: DVec3::ZERO,
+            radius: 0.56,
+        },
+    );
+    let die = scene.csg(
+        "die",
+        Operator::Intersection,
+        &[Operand::shape(block), Operand::shape(ball)],
+    );
+    let mut parts = vec![Operand::shape(die).material(yellow)];
+    for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+        let bore = scene.cylinder("bore", tube(-axis, axis, 0.26));
+        parts.push(Operand::shape(bore).material(dark));
     }
-    let tiles = scene.node("tiles", &tiles);
-    scene.instance("floor", Edge::node(tiles));
+    let drilled = scene.csg("drilled die", Operator::Difference, &parts);
+    let turned = DAffine3::from_rotation_y(28_f64.to_radians());
+    let place = DAffine3::from_translation(DVec3::new(2.25, 0.42, -0.45)) * turned;
+    let place = scene.transform(place.into());
+    scene.instance("drilled die", Edge::shape(drilled).transform(place));
+
+    let lacquer = scene.material(
+        "lacquer",
+        Material {
+            layers: Layers {
+                clearcoat: 1.0,
+                clearcoat_roughness: 0.03,
+                ..Layers::default()
+            },
+            ..dull([0.03, 0.3, 0.33], 0.3)
+        },
+    );
+    let middle = DVec3::new(0.25, 0.0, 2.15);
+    let high = middle + DVec3::Y * 0.24;
+    let disc = scene.cylinder("disc", tube(middle, high, 0.47));
+    // The hole is longer than the disc: no skins are left at its ends.
+    let hole = scene.cylinder("hole", tube(middle - DVec3::Y, high + DVec3::Y, 0.27));
+    let parts = [disc, hole].map(Operand::shape);
+    let ring = scene.csg("ring", Operator::Difference, &parts);
+    scene.instance("ring", Edge::shape(ring).material(lacquer));
+}
+
+fn tube(base: DVec3, top: DVec3, radius: f64) -> Cylinder {
+    Cylinder {
+        base,
+        top,
+        radius,
+        open: false,
+    }
 }

@@ -130,9 +130,31 @@ pub struct Environment {
 }
 
 impl Environment {
+    /// Makes the sky that has one radiance in all directions, in W/(sr·m²).
+    pub fn uniform(radiance: Rgb) -> Environment {
+        Environment {
+            width: 1,
+            height: 1,
+            pixels: Arc::new([radiance]),
+            rotation: 0.0,
+            scale: [1.0; 3],
+        }
+    }
+
+    /// Returns the radiance of a sky that has one in all directions.
+    pub fn uniform_radiance(&self) -> Option<Rgb> {
+        match *self.pixels {
+            [radiance] => Some(std::array::from_fn(|k| radiance[k] * self.scale[k])),
+            _ => None,
+        }
+    }
+
     /// Returns the radiance of a white matte surface of a normal, unit, that nothing hides from
     /// the map; the map's rotation is left out.
     pub fn radiance_of_white(&self, normal: DVec3) -> [f64; 3] {
+        if let Some(radiance) = self.uniform_radiance() {
+            return radiance.map(f64::from);
+        }
         let (height, width) = (f64::from(self.height), f64::from(self.width));
         let mut sum = [0.0; 3];
         for row in 0..self.height {

@@ -110,6 +110,15 @@ pub enum Model {
 }
 
 impl Material {
+    /// Returns the radiance of the surface as light sampling aims at it: holes do not shine, and
+    /// what is unlit is met only.
+    pub fn sampled_emission(&self) -> Rgb {
+        match self.layers.unlit {
+            true => [0.0; 3],
+            false => self.emission.map(|c| c * self.layers.opacity),
+        }
+    }
+
     pub fn metallic_roughness(base_color: Rgb, metallic: f32, roughness: f32) -> Material {
         Material {
             base_color,

@@ -84,7 +84,10 @@ impl PathTracer<'_> {
         let (org, dir) = wave.rays.gather(rows);
         let dir: Vec3<Singles> = narrow(units(dir));
         let normal = wave.normal.gather(rows);
-        let ([r, g, b], other) = self.luminaires.emitters.sky(dir, org, normal);
+        let ([r, g, b], other) = self
+            .luminaires
+            .emitters
+            .sky(dir, wave.origins(rows, org), normal);
         let own = Singles::load(&rows.map(|ray| wave.pdf[ray as usize]));
         let part = share(own, other);
         [weight.x * r, weight.y * g, weight.z * b].map(|c| (c * part).to_array())
@@ -111,19 +114,22 @@ impl PathTracer<'_> {
                 true => f64::INFINITY,
                 false => t[ray],
             };
+            let from = wave.origin(ray);
             for (emitter, t, radiance) in emitters.panels_on(org, dir, end) {
                 let [nx, ny, nz] = wave.normal.row(ray);
                 let other = emitters.pdf::<f32>(
                     [emitter],
-                    Vec3::from(org),
+                    Vec3::from(from),
                     Vec3::new(nx, ny, nz),
-                    Vec3::from(dir * t),
+                    Vec3::from(org + dir * t - from),
                 );
                 let part = share(wave.pdf[ray], other);
+                let way = t * dir.length();
+                let left = self.materials.left(&wave.media[ray], way as f32);
                 let weight = wave.rays.weight.row(ray);
                 let slot = &mut slots[wave.rays.pixel[ray] as usize];
                 for k in 0..3 {
-                    slot[k] += weight[k] * radiance[k] * part;
+                    slot[k] += weight[k] * radiance[k] * part * left[k];
                 }
             }
         }
@@ -153,7 +159,7 @@ impl PathTracer<'_> {
                 let emitter = self
                     .luminaires
                     .emitter_at(instance[ray], primitive[ray], point);
-                let org = Vec3::<f64>::from(glam::DVec3::from_array(wave.rays.org(ray)));
+                let org = Vec3::<f64>::from(wave.origin(ray));
                 let [nx, ny, nz] = wave.normal.row(ray);
                 let other = self.luminaires.emitters.pdf::<f32>(
                     [emitter],
@@ -175,18 +181,11 @@ impl PathTracer<'_> {
     pub(super) fn absorb(&self, wave: &mut Paths, buffer: &HitBuffer) {
         for hit in 0..buffer.len() {
             let ray = buffer.row[hit] as usize;
-            let Some(medium) = self.materials.innermost(&wave.media[ray]) else {
-                continue;
-            };
-            let absorption = self.materials.rows[medium as usize].absorption;
-            if absorption == [0.0; 3] {
-                continue;
-            }
-            let way = buffer.point.get(hit) - glam::DVec3::from_array(wave.rays.org(ray));
-            let way = way.length() as f32;
+            let way = buffer.point.get(hit) - DVec3::from_array(wave.rays.org(ray));
+            let left = self.materials.left(&wave.media[ray], way.length() as f32);
             let weight = wave.rays.weight.row(ray);
-            let left = |k: usize| weight[k] * libm::expf(-absorption[k] * way);
-            wave.rays.weight.set(ray, [left(0), left(1), left(2)]);
+            let left = std::array::from_fn(|k| weight[k] * left[k]);
+            wave.rays.weight.set(ray, left);
         }
     }
 }

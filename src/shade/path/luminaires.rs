@@ -42,7 +42,7 @@ impl Luminaires {
     ) -> Luminaires {
         let mut all = Gathered::default();
         all.rows.extend(lights.iter().map(Emitter::from));
-        let shines = |material: &Material| material.emission != [0.0; 3];
+        let shines = |material: &Material| material.sampled_emission() != [0.0; 3];
         let materials = &scene.materials.rows;
         if materials.iter().any(shines) && instances.check_enumerable().is_ok() {
             for (id, instance) in instances.iter(scene).enumerate() {
@@ -104,7 +104,9 @@ impl Gathered {
         material: Option<MaterialId>,
     ) {
         let emission = |id: Option<MaterialId>| {
-            id.map_or([0.0; 3], |id| scene.materials.rows[id.index()].emission)
+            id.map_or([0.0; 3], |id| {
+                scene.materials.rows[id.index()].sampled_emission()
+            })
         };
         let own = emission(material);
         let first = self.rows.len() as u32;

@@ -11,6 +11,7 @@ mod ground;
 mod hit_columns;
 mod luminaires;
 mod media;
+mod record;
 mod scatter;
 mod shadows;
 mod state;
@@ -18,6 +19,7 @@ mod state;
 pub use ground::Ground;
 pub use luminaires::Luminaires;
 pub use media::MediaField;
+pub use record::{PathLight, PathVertex};
 pub use state::Media;
 
 use super::columns::STEP;
@@ -46,6 +48,8 @@ pub struct Materials {
     rows: Vec<Look>,
     /// True if light inside some material is bent, absorbed or both.
     has_media: bool,
+    /// True if some medium bends the three colours differently.
+    has_dispersion: bool,
     /// True if some material shines.
     any_shines: bool,
     /// True if shadow rays may pass some surface.
@@ -69,6 +73,7 @@ impl Materials {
         Materials {
             any_shines: rows.iter().any(|look| look.shine().is_some()),
             has_media: rows.iter().any(Look::has_medium),
+            has_dispersion: rows.iter().any(Look::has_dispersion),
             has_holes: rows.iter().any(Look::lets_shadow_rays_pass),
             rows,
         }
@@ -81,9 +86,39 @@ impl Materials {
         media.iter().max_by_key(priority)
     }
 
-    /// Returns the index of refraction of a medium, 1 without one.
-    fn index(&self, medium: Option<u32>) -> f32 {
-        medium.map_or(1.0, |m| self.rows[m as usize].material.ior)
+    /// Returns the share of light that the innermost of some media leaves over a way in world
+    /// units, which may be infinite (Beer and Lambert).
+    fn left(&self, media: &Media, way: f32) -> Rgb {
+        let Some(medium) = self.innermost(media) else {
+            return [1.0; 3];
+        };
+        let left = |absorption: f32| match absorption {
+            0.0 => 1.0,
+            _ => libm::expf(-absorption * way),
+        };
+        self.rows[medium as usize].absorption.map(left)
+    }
+
+    /// Says whether paths and shadow rays may pass some surface.
+    pub fn has_holes(&self) -> bool {
+        self.has_holes
+    }
+
+    /// Returns the index of refraction of a medium, 1 without one, for red, green or blue: that
+    /// of `KHR_materials_dispersion`, whose red and blue are the Fraunhofer lines C and F.
+    fn index(&self, medium: Option<u32>, channel: usize) -> f32 {
+        let of = |m: u32| {
+            let Material { ior, layers, .. } = &self.rows[m as usize].material;
+            let part = [-0.025, 0.0, 0.025][channel];
+            ior + (ior - 1.0) * layers.dispersion * part
+        };
+        medium.map_or(1.0, of)
+    }
+
+    /// Says whether a medium bends the three colours differently.
+    fn disperses(&self, medium: Option<u32>) -> bool {
+        self.has_dispersion
+            && medium.is_some_and(|m| self.rows[m as usize].material.layers.dispersion > 0.0)
     }
 
     /// Says whether light inside some material is bent or absorbed.
@@ -99,15 +134,11 @@ impl Materials {
     /// Lists the media around a point: those of the solids that contain it.
     pub fn media_at(&self, solids: &Solids, point: DVec3, trace: &mut TraceScratch) -> Media {
         let mut media = Media::default();
-        for span in solids.spans(point, DVec3::Y, trace).rows {
-            let around = span.t_enter() <= 0.0 && span.t_exit() > 0.0;
-            let Some(end) = span.exit.or(span.enter).filter(|_| around) else {
-                continue;
-            };
-            if self.bounds_medium(end.material) {
-                media.enter(self.number(end.material));
+        solids.around(point, trace, |material| {
+            if self.bounds_medium(material) {
+                media.enter(self.number(material));
             }
-        }
+        });
         media
     }
 
@@ -139,13 +170,18 @@ impl Look {
                     0.0
                 }
         };
-        let radiance = [shown(0), shown(1), shown(2)];
+        let opacity = self.material.layers.opacity;
+        let radiance = [shown(0), shown(1), shown(2)].map(|c| c * opacity);
         (radiance != [0.0; 3]).then_some(radiance)
     }
 
     /// Says whether the material bounds a medium of its own.
     fn has_medium(&self) -> bool {
         self.material.transmission > 0.0 && !self.material.layers.thin_walled
+    }
+
+    fn has_dispersion(&self) -> bool {
+        self.has_medium() && self.material.layers.dispersion > 0.0
     }
 
     fn lets_shadow_rays_pass(&self) -> bool {
@@ -176,21 +212,29 @@ pub struct PathScratch<'b> {
     /// First place in `order` of each material's hits.
     starts: ArenaVec<'b, u32>,
     lights: LightRays<'b>,
+    /// The path that is traced alone, for `verify`.
+    record: Option<Vec<PathVertex>>,
     trace: &'b mut TraceScratch,
 }
 
 impl<'b> PathScratch<'b> {
-    /// `smooth` says whether the scene has meshes with vertex normals.
-    pub fn new(arena: &'b Bump, trace: &'b mut TraceScratch, smooth: bool) -> PathScratch<'b> {
+    /// `smooth` says whether the scene has meshes with vertex normals, `has_holes` whether paths
+    /// may pass surfaces.
+    pub fn new(
+        arena: &'b Bump,
+        trace: &'b mut TraceScratch,
+        (smooth, has_holes): (bool, bool),
+    ) -> PathScratch<'b> {
         let mut buffer = HitBuffer::with_capacity(BATCH, arena);
         buffer.wants_lift = smooth;
         PathScratch {
-            waves: std::array::from_fn(|_| Paths::new(arena)),
+            waves: std::array::from_fn(|_| Paths::new(arena, has_holes)),
             hits: HitColumns::new(arena),
             buffer,
             order: ArenaVec::with_capacity_in(BATCH, arena),
             starts: ArenaVec::new_in(arena),
             lights: LightRays::new(arena),
+            record: None,
             trace,
         }
     }
@@ -201,6 +245,16 @@ impl<'b> PathScratch<'b> {
         let first = &mut self.waves[0];
         first.clear();
         (&mut first.rays, &mut first.key)
+    }
+
+    /// Begins a record of the next path, which is traced alone.
+    pub fn start_record(&mut self) {
+        self.record = Some(Vec::new());
+    }
+
+    /// Ends a record.
+    pub fn take_record(&mut self) -> Vec<PathVertex> {
+        self.record.take().unwrap_or_default()
     }
 }
 
@@ -228,11 +282,10 @@ pub struct PathTracer<'w> {
 /// What a pixel gets of one path: radiance, and the share of what is behind all that it hides.
 pub type Slot = [f32; 4];
 
-/// Paths that are scattered this often take part in Russian roulette.
+/// Paths that are scattered this often take part in Russian roulette. They survive with the
+/// square root of their weight: as a path's cost does not shrink with its weight, that is worth
+/// more than the weight itself (Rath et al. 2022, "EARS", section 3).
 const ROULETTE_DEPTH: u32 = 3;
-
-/// The highest probability of survival in Russian roulette.
-const SURVIVAL: f32 = 0.95;
 
 impl PathTracer<'_> {
     /// Adds the radiance of the camera rays in `scratch` to `slots`, one row per pixel of the
@@ -271,6 +324,9 @@ impl PathTracer<'_> {
         hits.closest((self.world, &self.kernels), &mut wave.rays, scratch.trace);
         let (t, instance, primitive) = (&hits.t, &hits.instance, &hits.primitive);
         count_rays(&wave.rays.kind, &instance[..count], depth, statistics);
+        if let Some(record) = &mut scratch.record {
+            record::record_ray(wave, (instance, primitive), record);
+        }
         let buffer = &mut scratch.buffer;
         fill_hit_buffer(
             (self.world, self.kernels.precision),
@@ -315,6 +371,9 @@ impl PathTracer<'_> {
             (cache, scratch.trace),
             statistics,
         );
+        if let Some(record) = &mut scratch.record {
+            record::record_light(&scratch.lights, record);
+        }
     }
 
     /// Sorts the hits of a batch by material, and those of a material by row.

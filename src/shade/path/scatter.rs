@@ -3,7 +3,7 @@
 use super::emission::narrow;
 use super::shadows::{BODY_END, LightRays};
 use super::state::{Media, Paths};
-use super::{Look, PathTracer, ROULETTE_DEPTH, SURVIVAL, share};
+use super::{Look, PathTracer, ROULETTE_DEPTH, share};
 use crate::light::bsdf::Sampled;
 use crate::light::sampling::Frame;
 use crate::math::lanes::{Lanes, Mask, Words};
@@ -56,22 +56,24 @@ impl PathTracer<'_> {
         trace: &mut TraceScratch,
     ) {
         let look = &self.materials.rows[number as usize];
-        if look.material.layers.unlit || look.bsdf.is_black {
+        let opacity = look.material.layers.opacity;
+        let ends = look.material.layers.unlit || look.bsdf.is_black;
+        if ends && opacity >= 1.0 {
             return;
         }
         let mut spot = Spot::new((wave, buffer), hits, count);
         if buffer.wants_lift && !look.bsdf.transmits {
-            let bent = !spot.ns.dot(spot.facing).gt(Doubles::splat(1.0 - 1e-12));
-            spot.curved = bent.bits() & spot.lanes;
+            let lift = spot.lifted - spot.point;
+            spot.curved = lift.max_abs().gt(Doubles::zero()).bits() & spot.lanes;
         }
         let keys = Words::load(&spot.rays.map(|ray| wave.key[ray as usize]));
-        let mut passing = 0;
+        let mut displaced = 0;
         if look.has_medium() {
-            passing = self.enter_media(&mut spot, wave, (buffer, number), trace);
+            displaced = self.enter_media(&mut spot, (wave, sample), (buffer, number), trace);
         }
         let [u, v, mut lobe, roulette]: [Singles; 4] =
             self.sampler.pad(keys, Words::splat(sample), 2 + 2 * depth);
-        let opacity = look.material.layers.opacity;
+        let mut passing = displaced;
         if opacity < 1.0 {
             let opacity = Singles::splat(opacity);
             passing |= lobe.ge(opacity).bits() & spot.lanes;
@@ -93,11 +95,14 @@ impl PathTracer<'_> {
             // Matte ground has one lobe, and needs the number no more.
         }
         if passing != 0 {
-            self.pass(wave, buffer, &spot, passing, next);
+            self.pass((wave, buffer), &spot, (passing, displaced), next);
             spot.lanes &= !passing;
             if spot.lanes == 0 {
                 return;
             }
+        }
+        if ends {
+            return;
         }
         if !look.bsdf.only_delta && !self.luminaires.emitters.is_empty() {
             let numbers = self.sampler.pad(keys, Words::splat(sample), 3 + 2 * depth);
@@ -176,6 +181,32 @@ impl PathTracer<'_> {
             0 => BODY_END,
             _ => f32::INFINITY,
         });
+        let mut weight = weight;
+        if self.materials.has_media {
+            let way = to.length().to_array();
+            let left: [[f32; 3]; STEP] = std::array::from_fn(|i| {
+                let media = match above >> i & 1 {
+                    0 => &spot.behind[i],
+                    _ => &wave.media[spot.rays[i] as usize],
+                };
+                let way = match far >> i & 1 {
+                    0 => way[i] as f32,
+                    _ => f32::INFINITY,
+                };
+                self.materials.left(media, way)
+            });
+            let [r, g, b] = [0, 1, 2].map(|k| Singles::load(&left.map(|left| left[k])));
+            weight = Vec3::new(weight.x * r, weight.y * g, weight.z * b);
+            rows &= weight
+                .x
+                .max(weight.y)
+                .max(weight.z)
+                .gt(Singles::zero())
+                .bits();
+            if rows == 0 {
+                return;
+            }
+        }
         let pixels = spot.rays.map(|ray| wave.rays.pixel[ray as usize]);
         lights.rays.push_some(rows, (org, dir), &pixels);
         lights.rays.weight.push_some(weight, rows);
@@ -216,7 +247,7 @@ impl PathTracer<'_> {
         }
         if depth >= ROULETTE_DEPTH {
             let most = weight.x.max(weight.y).max(weight.z) * compression;
-            let survival = most.min(Singles::splat(SURVIVAL));
+            let survival = most.sqrt().min(Singles::splat(1.0));
             rows &= roulette.lt(survival).bits();
             let more = Singles::splat(1.0) / survival;
             weight = Vec3::new(weight.x * more, weight.y * more, weight.z * more);
@@ -259,12 +290,21 @@ impl PathTracer<'_> {
         keep(&mut paths.compression, &compression, rows);
         keep(&mut paths.media, &media, rows);
         keep(&mut paths.straight, &clear, rows);
+        let origins = wave.origins(&spot.rays, org);
+        let behind = DoubleMask::from_bits(straight);
+        paths.push_origins(Vec3::select(behind, origins, org), rows);
         spot.push((org, dir), (&kinds, rows), wave, next);
     }
 
-    /// Lets paths go straight on through holes, and through the surfaces of media that others
-    /// displace.
-    fn pass(&self, wave: &Paths, buffer: &HitBuffer, spot: &Spot, rows: u32, next: &mut Paths) {
+    /// Lets paths go straight on through holes, and through the `displaced` surfaces of media.
+    /// These block rays towards light, so nothing competes with what a path meets behind them.
+    fn pass(
+        &self,
+        (wave, buffer): (&Paths, &HitBuffer),
+        spot: &Spot,
+        (rows, displaced): (u32, u32),
+        next: &mut Paths,
+    ) {
         let dir = -spot.out;
         let one = Doubles::splat(1.0);
         let side = Lanes::select(dir.dot(spot.ng).ge(Doubles::zero()), one, -one);
@@ -274,7 +314,12 @@ impl PathTracer<'_> {
         let kinds = [RayKind::Refraction; STEP];
         next.rays.weight.push_some(spot.throughput, rows);
         next.normal.push_some(wave.normal.gather(&spot.rays), rows);
-        keep(&mut next.pdf, &of.map(|ray| wave.pdf[ray]), rows);
+        let pdfs: [f32; STEP] = std::array::from_fn(|i| match displaced >> i & 1 {
+            0 => wave.pdf[of[i]],
+            _ => f32::INFINITY,
+        });
+        keep(&mut next.pdf, &pdfs, rows);
+        next.push_origins(wave.origins(&spot.rays, org), rows);
         keep(
             &mut next.compression,
             &of.map(|ray| wave.compression[ray]),
@@ -291,12 +336,14 @@ impl PathTracer<'_> {
     fn enter_media(
         &self,
         spot: &mut Spot,
-        wave: &Paths,
+        (wave, sample): (&Paths, u32),
         (buffer, number): (&HitBuffer, u32),
         trace: &mut TraceScratch,
     ) -> u32 {
         let mut passing = 0;
         let mut eta = [1.0_f32; STEP];
+        let mut share = [[1.0_f32; STEP]; 3];
+        let mut is_dispersed = false;
         for i in 0..STEP {
             let (ray, hit) = (spot.rays[i] as usize, spot.hits[i] as usize);
             let (mut before, mut behind) = (wave.media[ray], wave.media[ray]);
@@ -315,12 +362,46 @@ impl PathTracer<'_> {
                 }
             }
             let [near, far] = [before, behind].map(|media| self.materials.innermost(&media));
-            eta[i] = self.materials.index(far) / self.materials.index(near);
+            let mut channel = 1;
+            if near != far && (self.materials.disperses(near) || self.materials.disperses(far)) {
+                let weight = wave.rays.weight.row(ray);
+                channel = self.channel_of(weight, (wave.key[ray], sample));
+                let alone = weight.iter().filter(|part| **part > 0.0).count() < 2;
+                for (k, share) in share.iter_mut().enumerate() {
+                    share[i] = match k == channel {
+                        true if alone => 1.0,
+                        true => 3.0,
+                        false => 0.0,
+                    };
+                }
+                is_dispersed = true;
+            }
+            let [near_index, far_index] =
+                [near, far].map(|medium| self.materials.index(medium, channel));
+            eta[i] = far_index / near_index;
             passing |= u32::from(near == far) << i;
             spot.behind[i] = behind;
         }
+        if is_dispersed {
+            let [r, g, b] = share.each_ref().map(|share| Singles::load(share));
+            let Vec3 { x, y, z } = spot.throughput;
+            spot.throughput = Vec3::new(x * r, y * g, z * b);
+        }
         spot.eta = Singles::load(&eta);
         passing & spot.lanes
+    }
+}
+
+impl PathTracer<'_> {
+    /// Chooses the colour that a path goes on with where colours part: the one that it still has,
+    /// else one of three by the path's own number, which is the same at all its surfaces.
+    fn channel_of(&self, weight: [f32; 3], (key, sample): (u32, u32)) -> usize {
+        let left = |k: &usize| weight[*k] > 0.0;
+        if let (Some(only), 1) = ((0..3).find(left), (0..3).filter(left).count()) {
+            return only;
+        }
+        let [_, wavelength, ..] = self.sampler.pad_one(key, sample, 1);
+        ((wavelength * 3.0) as usize).min(2)
     }
 }
 

@@ -22,7 +22,7 @@ const MOST_PASSED: usize = 64;
 /// Rays towards sampled light; their weight is what the pixel gets if they arrive.
 pub(super) struct LightRays<'b> {
     pub rays: RayQueue<'b>,
-    blocked: ArenaVec<'b, bool>,
+    pub blocked: ArenaVec<'b, bool>,
     /// Those that may pass what blocks them.
     passing: RayQueue<'b>,
 }

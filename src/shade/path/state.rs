@@ -1,9 +1,11 @@
 //! Paths that wait to be continued: rays in columns, and what each remembers of its way.
 
-use crate::shade::columns::{Column3, Singles};
+use crate::math::Vec3;
+use crate::shade::columns::{Column3, Doubles, STEP, Singles};
 use crate::shade::ray_queue::{BATCH, RayQueue};
 use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;
+use glam::DVec3;
 
 /// The rays of one depth, one a path, and the paths' states in columns of the same length.
 pub(super) struct Paths<'b> {
@@ -23,10 +25,14 @@ pub(super) struct Paths<'b> {
     /// Whether the path has come straight from the camera, through holes and panes: what it
     /// meets is seen through them.
     pub straight: ArenaVec<'b, bool>,
+    /// Where the path was last scattered, from where light was sampled that it may meet; kept
+    /// where it may have passed holes and panes since.
+    origin: Option<Column3<'b, Doubles>>,
 }
 
 impl<'b> Paths<'b> {
-    pub fn new(arena: &'b Bump) -> Paths<'b> {
+    /// `has_holes` says whether paths may pass surfaces.
+    pub fn new(arena: &'b Bump, has_holes: bool) -> Paths<'b> {
         let numbers = || ArenaVec::with_capacity_in(BATCH, arena);
         Paths {
             rays: RayQueue::with_capacity(BATCH, arena),
@@ -36,6 +42,30 @@ impl<'b> Paths<'b> {
             compression: numbers(),
             media: ArenaVec::with_capacity_in(BATCH, arena),
             straight: ArenaVec::with_capacity_in(BATCH, arena),
+            origin: has_holes.then(|| Column3::with_capacity(BATCH, arena)),
+        }
+    }
+
+    /// Returns where a path was last scattered.
+    pub fn origin(&self, ray: usize) -> DVec3 {
+        DVec3::from_array(match &self.origin {
+            Some(origin) => origin.row(ray),
+            None => self.rays.org(ray),
+        })
+    }
+
+    /// Returns where some paths were last scattered; `org` are the origins of their rays.
+    pub fn origins(&self, rows: &[u32; STEP], org: Vec3<Doubles>) -> Vec3<Doubles> {
+        match &self.origin {
+            Some(origin) => origin.gather(rows),
+            None => org,
+        }
+    }
+
+    /// Appends where paths were last scattered, in some lanes of a step.
+    pub fn push_origins(&mut self, origins: Vec3<Doubles>, rows: u32) {
+        if let Some(column) = &mut self.origin {
+            column.push_some(origins, rows);
         }
     }
 
@@ -47,6 +77,9 @@ impl<'b> Paths<'b> {
         self.compression.clear();
         self.media.clear();
         self.straight.clear();
+        if let Some(origin) = &mut self.origin {
+            origin.truncate(0);
+        }
     }
 
     /// Gives camera rays, which are in the queue already, the state of paths that begin.
@@ -57,6 +90,10 @@ impl<'b> Paths<'b> {
         self.compression.resize(paths, 1.0);
         self.media.resize(paths, media);
         self.straight.resize(paths, true);
+        // Nothing competes with camera rays.
+        if let Some(origin) = &mut self.origin {
+            origin.resize(paths, [0.0; 3]);
+        }
     }
 }
 

@@ -211,6 +211,41 @@ fn the_tree_has_less_noise_than_sampling_by_power() {
     assert!((found / mean - 1.0).abs() < 5e-3, "{found}, not {mean}");
 }
 
+/// Two lamps of one power, each above its own half of the floor: choosing by importance has at
+/// most a third of the noise of choosing by power.
+#[test]
+fn two_lamps_are_chosen_by_importance() {
+    let lamp = |x: f64| {
+        white(Body::Rectangle {
+            corner: DVec3::new(x - 0.25, -0.25, 1.5),
+            u: DVec3::X * 0.5,
+            v: DVec3::Y * 0.5,
+        })
+    };
+    let list = [lamp(-4.0), lamp(4.0)];
+    let both = Emitters::new(list.to_vec(), None, [0.0; 3]);
+    let alone = list.map(|emitter| Emitters::new(vec![emitter], None, [0.0; 3]));
+    let sum_of = |k: usize| {
+        let each = alone.iter().map(|lamp| {
+            let one = |i: u32| value(&sample(lamp, floor(k), DVec3::Z, numbers(i)));
+            (0..256).map(one).sum::<f64>() / 256.0
+        });
+        each.sum::<f64>()
+    };
+    let exact: Vec<f64> = (0..1024).map(sum_of).collect();
+    let by_importance = noise(1, &exact, |point, random| {
+        let u = [random.next(), random.next(), random.next()];
+        value(&sample(&both, point, DVec3::Z, u))
+    });
+    let by_power = noise(1, &exact, |point, random| {
+        let lamp = &alone[usize::from(random.next() < 0.5)];
+        let u = [0.0, random.next(), random.next()];
+        2.0 * value(&sample(lamp, point, DVec3::Z, u))
+    });
+    println!("importance {by_importance:.4e}, power {by_power:.4e}");
+    assert!(by_power > 3.0 * by_importance);
+}
+
 #[test]
 fn equal_places_and_lines_make_trees() {
     let point = |position| {

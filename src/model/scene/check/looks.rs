@@ -60,8 +60,19 @@ pub(super) fn materials(scene: &Tables) -> Result<(), SceneError> {
             "diffuse_transmission_color",
             &layers.diffuse_transmission_color,
         )?;
-        colors("attenuation_color", &layers.attenuation_color)?;
+        for share in layers.attenuation_color {
+            fraction("attenuation_color", share)?;
+        }
         colors("dispersion", &[layers.dispersion])?;
+        // The indices of red and blue are as far from that of green.
+        let spread = (*ior - 1.0).abs() * layers.dispersion * 0.025;
+        require(
+            spread < *ior,
+            what,
+            "dispersion",
+            f64::from(layers.dispersion),
+            "less than 40 ior / |ior - 1|, so that no index of refraction is negative",
+        )?;
         colors("iridescence_thickness", &[layers.iridescence_thickness])?;
         finite(
             what,

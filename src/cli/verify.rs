@@ -1,6 +1,7 @@
 //! `lanecast verify`: compares packets with one lane, and both with the reference, in
 //! every precision.
 
+mod light;
 mod report;
 
 use super::args::VerifyArgs;
@@ -44,6 +45,9 @@ const MAX_TIMED: u32 = 20;
 const TIMED: Duration = Duration::from_millis(100);
 
 pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
+    if args.light {
+        return light::run(args);
+    }
     let config = args.config()?;
     let pixels = u64::from(config.width) * u64::from(config.height);
     if pixels > MAX_PIXELS {

@@ -11,6 +11,7 @@ pub mod generate;
 pub mod growth;
 pub mod index_stats;
 mod instance_names;
+pub mod light;
 pub mod plot;
 pub mod queries;
 pub mod ray_kinds;

@@ -35,6 +35,7 @@ mod facet;
 mod implicit;
 mod kinds;
 mod level_set;
+pub mod light;
 mod meet;
 pub mod number;
 mod path;

@@ -29,26 +29,14 @@ pub fn shadow(
     hit: &Hit,
     light: &Light,
 ) -> Shadow {
-    let t = Approx {
-        value: hit.t,
-        error: hit.t.abs() * f64::EPSILON,
-    };
-    let point = add(exact3(org), scaled(exact3(dir), t));
+    let Left { point, off } = leaving(reference, org, dir, hit);
     let facing = if dot(hit.normal, dir) > 0.0 {
         -1.0
     } else {
         1.0
     };
     let normal = hit.normal.map(|x| x * facing);
-
-    let along_normal: f64 = (0..3).map(|k| normal[k].abs() * point[k].error).sum();
-    let size = (0..3).fold(0.0, |m, k| {
-        f64::max(m, f64::max(org[k].abs(), point[k].value.abs()))
-    });
-    let placement = reference.condition_of(hit);
-    // 8 times the point's error along the normal, and 32·2v of the coordinates (O7).
-    let off = 8.0 * along_normal + 32.0 * f64::EPSILON * placement * size;
-    let start: [f64; 3] = std::array::from_fn(|k| point[k].value + normal[k] * off);
+    let start: [f64; 3] = std::array::from_fn(|k| point[k] + normal[k] * off);
 
     let (to_light, t_max) = match light {
         Light::Point { position, .. } | Light::Spot { position, .. } => {
@@ -66,5 +54,32 @@ pub fn shadow(
     Shadow {
         blocked: above <= 0.0 || reference.blocked(start, to_light, t_max),
         grazing: above.abs() <= rounding,
+    }
+}
+
+/// Where a ray met a surface, and how far off it rays that leave have to start.
+#[derive(Clone, Copy, Debug)]
+pub struct Left {
+    pub point: [f64; 3],
+    /// Along the normal, on the side on which the ray leaves.
+    pub off: f64,
+}
+
+/// Computes the point of a hit, and the distance from it at which rays leave (O7).
+pub fn leaving(reference: &Reference, org: [f64; 3], dir: [f64; 3], hit: &Hit) -> Left {
+    let t = Approx {
+        value: hit.t,
+        error: hit.t.abs() * f64::EPSILON,
+    };
+    let point = add(exact3(org), scaled(exact3(dir), t));
+    let along_normal: f64 = (0..3).map(|k| hit.normal[k].abs() * point[k].error).sum();
+    let size = (0..3).fold(0.0, |m, k| {
+        f64::max(m, f64::max(org[k].abs(), point[k].value.abs()))
+    });
+    let placement = reference.condition_of(hit);
+    Left {
+        point: point.map(|x| x.value),
+        // 8 times the point's error along the normal, and 32·2v of the coordinates (O7).
+        off: 8.0 * along_normal + 32.0 * f64::EPSILON * placement * size,
     }
 }

@@ -148,3 +148,34 @@ fn scenes_are_verified_where_they_are_moved_to() {
         "{says}"
     );
 }
+
+/// Samples of the path integrator are compared one by one, and what the reference does not
+/// know is refused by name.
+#[test]
+fn samples_of_light_are_compared() {
+    let scene = |name: &str| format!("{}/scenes/{name}", env!("CARGO_MANIFEST_DIR"));
+    let light = |name: &str, more: &[&str]| {
+        let fixed = ["--light", "--spp", "2", "--size", "16x12", "--threads", "1"];
+        Command::new(env!("CARGO_BIN_EXE_lanecast"))
+            .args(["verify", &scene(name)])
+            .args(fixed)
+            .args(more)
+            .output()
+            .expect("it runs")
+    };
+    let output = light("light_cornell.toml", &["--json", "-"]);
+    assert_eq!(output.status.code(), Some(0));
+    let found = json(&output);
+    let counts = &found["counts"];
+    assert_eq!(counts["samples"], 16 * 12 * 2);
+    assert_eq!(counts["unexplained"], 0);
+    assert!(found["unexplained"].as_array().unwrap().is_empty());
+    for key in ["same", "other_hit", "other_shadow", "other_choice", "grown"] {
+        assert!(counts[key].is_u64(), "{key}");
+    }
+    let text = light("light_cornell.toml", &[]);
+    let text = String::from_utf8_lossy(&text.stdout).into_owned();
+    assert!(text.contains("0 unexplained"), "{text}");
+    let output = light("primitives.toml", &["--grid", "corners"]);
+    assert_eq!(output.status.code(), Some(2));
+}

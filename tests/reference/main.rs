@@ -5,6 +5,8 @@
 mod common;
 
 mod extremes;
+mod light;
+mod light_parts;
 mod oracle;
 mod ray_sets;
 mod verify;

@@ -7,6 +7,7 @@ mod bench;
 mod commands;
 mod every_scene;
 mod extremes;
+mod found;
 mod malformed;
 mod measure;
 mod outputs;

@@ -118,11 +118,7 @@ fn parts_that_do_not_fit_are_refused() {
             "of another scene, camera or setting",
         ),
         (&["a.sums", "large.sums"], 3, "it has 22x13 pixels"),
-        (
-            &["a.sums", "damaged.sums"],
-            3,
-            "not those that were written",
-        ),
+        (&["a.sums", "damaged.sums"], 3, "not what was written"),
         (&["a.sums", "short.sums"], 3, "100 bytes"),
         (&["a.sums", "none.sums"], 3, "none.sums: cannot be read"),
         (&["s.toml"], 3, "s.toml"),

@@ -1,22 +1,15 @@
-//! Scenes that ask for more than their size: they load in linear time and little memory, or
-//! are refused with the number.
+//! Scenes that ask for more than their size: they load in little memory, or are refused with
+//! the number.
 
 use lanecast::internals::io::{LoadOptions, Loaded, load};
 use lanecast::internals::scene::Instances;
 use std::fmt::Write as _;
-use std::time::{Duration, Instant};
-
-/// Far more than any of them takes in an unoptimised build on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(30);
 
 fn loaded(name: &str, bytes: &[u8]) -> Result<Loaded, String> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(name);
     std::fs::write(&path, bytes).unwrap();
-    let start = Instant::now();
-    let loaded = load(&path, &LoadOptions::default()).map_err(|e| e.to_string());
-    assert!(start.elapsed() < PATIENCE, "{name}: {:?}", start.elapsed());
-    loaded
+    load(&path, &LoadOptions::default()).map_err(|e| e.to_string())
 }
 
 /// A union of 2^k balls, `times` of which are placed.
@@ -118,25 +111,19 @@ fn a_long_header_of_ply_is_read_in_linear_time() {
     );
 }
 
+/// Looking up each of 64,000 names among all others would take minutes.
 #[test]
-fn toml_is_read_in_linear_time() {
-    let time = |count: usize| {
-        let mut text =
-            "format = 1\n[shape.b]\nsphere = { center = [0, 0, 0], radius = 1 }\n".to_string();
-        for i in 0..count {
-            let _ = write!(
-                text,
-                "[shape.s{i}]\nbox = {{ min = [0, 0, 0], max = [1, 1, {i}.5] }}\n"
-            );
-            let _ = write!(text, "[[instance]]\nshape = \"s{i}\"\n");
-        }
-        let start = Instant::now();
-        loaded("s.toml", text.as_bytes()).unwrap();
-        start.elapsed().as_secs_f64()
-    };
-    let (few, many) = (time(4_000), time(64_000));
-    // 256 times as long where it is quadratic.
-    assert!(many < 80.0 * few.max(0.02), "{few} s, {many} s");
+fn a_scene_of_64_000_shapes_is_read() {
+    let mut text = "format = 1\n".to_string();
+    for i in 0..64_000 {
+        let _ = write!(
+            text,
+            "[shape.s{i}]\nbox = {{ min = [0, 0, 0], max = [1, 1, {i}.5] }}\n"
+        );
+        let _ = write!(text, "[[instance]]\nshape = \"s{i}\"\n");
+    }
+    let loaded = loaded("s.toml", text.as_bytes()).unwrap();
+    assert_eq!(Instances::of(&loaded.scene).unwrap().count(), 64_000);
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! Smooth meshes: facets throw no shadows on their neighbours, and no light leaks through them.
 
 use lanecast::internals::render::Integrator;
-use lanecast::internals::scene::Model;
-use lanecast::shapes::Sphere;
+use lanecast::internals::scene::{Environment, Model};
+use lanecast::shapes::{Cuboid, Sphere};
 use lanecast::{
     Camera, DVec3, Edge, Light, Material, MeshData, RenderConfig, Scene, SceneBuilder, Tracer,
     TracerOptions,
@@ -146,4 +146,60 @@ fn no_light_enters_a_closed_smooth_mesh() {
     lit(&mut scene, DVec3::ZERO, DVec3::new(1.0, 0.2, 0.1));
     let scene = scene.finish().unwrap();
     assert!(picture(&scene, Integrator::Path).iter().all(|c| *c == 0.0));
+}
+
+/// Normals at the corners of a fold describe no surface near the facet. Lifted onto the one that
+/// they suggest, paths from the facet's middle would start inside the black box above it.
+#[test]
+fn folds_are_not_lifted_into_their_neighbours() {
+    let mut scene = SceneBuilder::default();
+    let corners = [0.0, 1.0, 2.0].map(|k| {
+        let (sin, cos) = (k * std::f64::consts::TAU / 3.0).sin_cos();
+        DVec3::new(cos, 0.0, -sin)
+    });
+    // 60° off, outwards.
+    let (up, out) = (0.5, 0.75_f64.sqrt());
+    let tilted = |corner: DVec3| (DVec3::Y * up + corner * out).to_array().map(|x| x as f32);
+    let fold = scene.mesh(
+        "",
+        &MeshData {
+            positions: corners.map(|p| p.to_array()).to_vec(),
+            normals: corners.map(tilted).to_vec(),
+            triangles: vec![[0, 1, 2]],
+            ..MeshData::default()
+        },
+    );
+    let white = matte(&mut scene);
+    scene.instance("", Edge::shape(fold).material(white));
+    // The mean of the corners' tangent planes lies here.
+    let lifted = DVec3::Y * (up * out);
+    let half = DVec3::splat(0.05);
+    let box_there = scene.cuboid(
+        "",
+        Cuboid {
+            min: lifted - half,
+            max: lifted + half,
+        },
+    );
+    let black = scene.material("", Material::metallic_roughness([0.0; 3], 0.0, 0.0));
+    scene.instance("", Edge::shape(box_there).material(black));
+    scene.environment(Environment::uniform([1.0; 3]));
+    // From below the box: a hundredth of the sky, weighed by the cosine, is hidden by it.
+    let eye = DVec3::new(0.02, 0.2, 0.0);
+    scene.camera("", Camera::orthographic(eye, DVec3::ZERO, DVec3::X, 1e-6));
+    let scene = scene.finish().unwrap();
+    let tracer = Tracer::new(&scene, &TracerOptions::default()).unwrap();
+    let config = RenderConfig {
+        width: 4,
+        height: 4,
+        spp: 256,
+        integrator: Integrator::Path,
+        max_depth: 4,
+        ..RenderConfig::default()
+    };
+    let picture = tracer
+        .render(&config, &Default::default(), &|_| ())
+        .unwrap();
+    let mean = picture.color.iter().map(|c| c[0]).sum::<f32>() / 16.0;
+    assert!((0.93..1.0).contains(&mean), "{mean}");
 }

@@ -4,7 +4,7 @@ use super::args::RenderArgs;
 use super::error::CliError;
 use super::output::{Results, check_destinations, printable_line};
 use super::pipeline::{complete, load, named};
-use super::progress::{Drawing, rate};
+use super::progress::rate;
 use super::{ground, interrupt, memory};
 use crate::light::sampler::Kind;
 use crate::measure::{Stats, Watch};
@@ -43,21 +43,8 @@ pub fn run(
     };
     stats.picture.spp = samples.end - samples.start;
     let prepared = complete(scene, named(path), &config, &mut watch, &mut stats)?;
-    interrupt::check(&progress)?;
-    let world = prepared.world(&mut watch, &mut stats);
-    interrupt::check(&progress)?;
-    let view = View {
-        world: &world,
-        kernels: prepared.plan.kernels,
-        camera: prepared.camera,
-        lights: &prepared.scene.lights,
-    };
-    let drawing = Drawing::start(&progress);
-    let rendered = prepared
-        .pool
-        .install(|| render_part(&view, &config, samples.clone(), &progress));
-    drop(drawing);
-    let (part, counts) = rendered?;
+    let render = |view: &View| render_part(view, &config, samples.clone(), &progress);
+    let (part, counts) = prepared.traced((&mut watch, &mut stats), &progress, render)??;
     stats.rays = counts;
     stats.stages.push(watch.stage("render"));
     let mut results = Results::default();

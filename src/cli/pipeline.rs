@@ -4,16 +4,18 @@
 use super::error::CliError;
 use super::output::complain;
 use super::plan::layers_of;
-use super::scene;
+use super::progress::Drawing;
+use super::{interrupt, scene};
 use crate::accel::{BuildQuality, KdQuality, Structure, World};
 use crate::io::{LoadError, LoadOptions};
 use crate::measure::{InstanceNames, PlanSummary, SceneCounts, Stats, Watch};
 use crate::plan::{Plan, PlanError, plan};
-use crate::render::{Inspection, Integrator, RenderConfig};
+use crate::render::{Inspection, Integrator, Progress, RenderConfig, View};
 use crate::scene::{Camera, Instances, Lighting, Scene, builtin};
 pub(crate) use crate::tracer::structure;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::path::Path;
+use std::sync::Arc;
 
 /// A complete scene, and how it will be traced.
 pub struct Prepared {
@@ -153,6 +155,26 @@ pub fn warn_of_losses(scene: &Scene, config: &RenderConfig) {
 }
 
 impl Prepared {
+    /// Builds the trees, and traces rays through the view on the pool, while progress is drawn.
+    pub fn traced<T: Send>(
+        &self,
+        (watch, stats): (&mut Watch, &mut Stats),
+        progress: &Arc<Progress>,
+        trace: impl FnOnce(&View) -> T + Send,
+    ) -> Result<T, CliError> {
+        interrupt::check(progress)?;
+        let world = self.world(watch, stats);
+        interrupt::check(progress)?;
+        let view = View {
+            world: &world,
+            kernels: self.plan.kernels,
+            camera: self.camera,
+            lights: &self.scene.lights,
+        };
+        let _drawing = Drawing::start(progress);
+        Ok(self.pool.install(|| trace(&view)))
+    }
+
     /// Builds the trees on the pool.
     pub fn world(&self, watch: &mut Watch, stats: &mut Stats) -> World {
         let structure = match structure(&self.plan, &self.kd) {

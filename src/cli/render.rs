@@ -4,7 +4,7 @@ use super::args::RenderArgs;
 use super::error::CliError;
 use super::output::{Results, check_destinations, complain, printable_line};
 use super::pipeline::{complete, load, named, warn_of_losses};
-use super::progress::{Drawing, rate};
+use super::progress::rate;
 use super::{frames, ground, interrupt, memory, part};
 use crate::io::picture_files;
 use crate::measure::{PictureSize, Stats, Watch};
@@ -56,27 +56,14 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
         _ => development,
     };
     let prepared = complete(scene, named(path), &config, &mut watch, &mut stats)?;
-    interrupt::check(&progress)?;
-    let world = prepared.world(&mut watch, &mut stats);
-    interrupt::check(&progress)?;
-    let view = View {
-        world: &world,
-        kernels: prepared.plan.kernels,
-        camera: prepared.camera,
-        lights: &prepared.scene.lights,
-    };
-    let drawing = Drawing::start(&progress);
-    let rendered = prepared
-        .pool
-        .install(|| crate::render::render(&view, &config, false, &progress));
-    drop(drawing);
+    let render = |view: &View| crate::render::render(view, &config, false, &progress);
     let Rendered {
         picture,
         counts,
         mean_samples,
         readings,
         ..
-    } = rendered?;
+    } = prepared.traced((&mut watch, &mut stats), &progress, render)??;
     stats.rays = counts;
     stats.stages.push(watch.stage("render"));
 

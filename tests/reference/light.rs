@@ -302,9 +302,8 @@ fn area_lights_are_right() {
     is_right("area light", scene);
 }
 
-#[test]
-fn skies_and_suns_are_right() {
-    let mut scene = stage(Material::metallic_roughness([0.5; 3], 0.0, 0.3));
+/// A sky with slow colours and one bright spot, turned about the vertical.
+pub fn spotted_sky(scale: Rgb) -> Environment {
     let (width, height) = (32, 16);
     let pixel = |k: u32| {
         let [x, y] = [k % width, k / width].map(|x| x as f32);
@@ -315,13 +314,19 @@ fn skies_and_suns_are_right() {
         };
         [0.2 + 0.02 * x + spot, 0.3 + 0.5 * spot, 0.8 - 0.03 * y]
     };
-    scene.environment(Environment {
+    Environment {
         width,
         height,
         pixels: (0..width * height).map(pixel).collect(),
         rotation: 0.7,
-        scale: [1.0; 3],
-    });
+        scale,
+    }
+}
+
+#[test]
+fn skies_and_suns_are_right() {
+    let mut scene = stage(Material::metallic_roughness([0.5; 3], 0.0, 0.3));
+    scene.environment(spotted_sky([1.0; 3]));
     scene.light(Light::Directional {
         direction: DVec3::new(-1.0, -1.5, -0.4),
         irradiance: [2.0, 1.8, 1.5],

@@ -2,6 +2,7 @@
 //! numbers: BSDFs, emitters and the sky.
 
 use crate::common::Random;
+use crate::light::spotted_sky;
 use glam::DVec3;
 use lanecast::internals::light::bsdf::Bsdf;
 use lanecast::internals::light::emitter::{Body, Emitter, Emitters};
@@ -228,23 +229,7 @@ fn emitters_are_those_of_the_reference() {
             radius: 0.0,
         },
     ];
-    let (width, height) = (32, 16);
-    let pixel = |k: u32| {
-        let [x, y] = [k % width, k / width].map(|x| x as f32);
-        let spot = if (x - 9.0).abs() + (y - 4.0).abs() < 3.0 {
-            12.0
-        } else {
-            0.0
-        };
-        [0.2 + 0.02 * x + spot, 0.3 + 0.5 * spot, 0.8 - 0.03 * y]
-    };
-    let map = Environment {
-        width,
-        height,
-        pixels: (0..width * height).map(pixel).collect(),
-        rotation: 0.7,
-        scale: [1.0, 0.9, 1.1],
-    };
+    let map = spotted_sky([1.0, 0.9, 1.1]);
     let bodies = [
         Body::Rectangle {
             corner: square[0],

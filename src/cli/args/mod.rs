@@ -4,6 +4,7 @@
 //! ignored. `render/config.rs` documents the options' meaning, `values.rs` their
 //! values.
 
+mod development;
 mod light;
 mod values;
 
@@ -13,25 +14,25 @@ pub use values::Size;
 use super::error::CliError;
 use super::output::Sink;
 use crate::accel::{BuildQuality, KdClip, KdQuality, KdStop};
-use crate::io::{AovSet, Bits, Development, LoadOptions, Tone};
+use crate::io::{AovSet, LoadOptions};
 use crate::measure::generate::Generated;
 use crate::plan::{Accel, Choices, LaneCount, Precision};
 use crate::render::{Backdrop, Grid, RenderConfig};
 use crate::roots::{Interval, Solver};
 use crate::trace::Caching;
 use clap::{Args, value_parser};
+use development::DevelopmentArgs;
 use glam::DVec3;
 use light::LightArgs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use values::{
     AccelChoice, BaselineChoice, BenchAccels, BenchBuilds, BenchCachings, BenchKinds, Coefficients,
     GrowthRange, LaneCounts, Orders, ReuseChoice, Sweeps, parse_accel, parse_accels, parse_aovs,
-    parse_backdrop, parse_bench_builds, parse_bits, parse_build, parse_caching, parse_cachings,
-    parse_coefficients, parse_dither, parse_error, parse_exposure, parse_generated, parse_grid,
-    parse_growth, parse_interval, parse_kd_clip, parse_kd_stop, parse_kinds, parse_lane_counts,
-    parse_lanes, parse_offset, parse_orders, parse_page, parse_peers, parse_positive,
-    parse_precision, parse_reuse, parse_scale, parse_seconds, parse_size, parse_solver,
-    parse_sweeps, parse_tone,
+    parse_backdrop, parse_bench_builds, parse_build, parse_caching, parse_cachings,
+    parse_coefficients, parse_error, parse_generated, parse_grid, parse_growth, parse_interval,
+    parse_kd_clip, parse_kd_stop, parse_kinds, parse_lane_counts, parse_lanes, parse_offset,
+    parse_orders, parse_page, parse_peers, parse_positive, parse_precision, parse_reuse,
+    parse_scale, parse_seconds, parse_size, parse_solver, parse_sweeps,
 };
 
 #[derive(Args)]
@@ -349,62 +350,6 @@ pub struct ExportArgs {
     /// Allow files that the scene names outside its folder
     #[arg(long)]
     pub allow_outside: bool,
-}
-
-/// Options of PNG files; OpenEXR files stay linear.
-#[derive(Args)]
-pub struct DevelopmentArgs {
-    /// Tone curve of PNG files: none, neutral (Khronos PBR Neutral), agx or aces
-    /// [default: neutral for paths, else none]
-    #[arg(long, value_name = "CURVE", value_parser = parse_tone)]
-    pub tone: Option<Tone>,
-    /// Multiply the radiance in PNG files by 2^STOPS
-    #[arg(long, value_name = "STOPS", allow_hyphen_values = true, value_parser = parse_exposure)]
-    pub exposure: Option<f64>,
-    /// Dither PNG files, so that slow ramps show no bands: on or off
-    /// [default: on for paths, else off]
-    #[arg(long, value_name = "USE", value_parser = parse_dither)]
-    pub dither: Option<bool>,
-    /// Bits of a channel in PNG files: 8 or 16 [default: 8]
-    #[arg(long, value_name = "N", value_parser = parse_bits)]
-    pub bits: Option<Bits>,
-}
-
-impl DevelopmentArgs {
-    /// Replaces what was not asked for where it is paths that the picture was traced by: its
-    /// radiance has no upper end, and its gradients are slow.
-    pub fn of_paths(&self, development: Development) -> Development {
-        Development {
-            tone: self.tone.unwrap_or(Tone::Neutral),
-            dither: self.dither.unwrap_or(true),
-            ..development
-        }
-    }
-
-    /// Returns the development of the picture `path`; refuses options that it would not heed.
-    pub fn checked(&self, path: &Path) -> Result<Development, CliError> {
-        let is_exr = path
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-        let given = [
-            ("--tone", self.tone.is_some()),
-            ("--exposure", self.exposure.is_some()),
-            ("--dither", self.dither.is_some()),
-            ("--bits", self.bits.is_some()),
-        ];
-        if let (true, Some((name, _))) = (is_exr, given.iter().find(|(_, is)| *is)) {
-            return Err(CliError::Usage(format!(
-                "{name} is for PNG files; an OpenEXR file is linear: leave it out, or name a .png"
-            )));
-        }
-        let default = Development::default();
-        Ok(Development {
-            tone: self.tone.unwrap_or(default.tone),
-            exposure: self.exposure.unwrap_or(default.exposure),
-            dither: self.dither.unwrap_or(default.dither),
-            bits: self.bits.unwrap_or(default.bits),
-        })
-    }
 }
 
 /// Options of the commands that build one structure.

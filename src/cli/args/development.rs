@@ -1,0 +1,63 @@
+//! Options of how a picture becomes a PNG file.
+
+use super::CliError;
+use super::values::{parse_bits, parse_dither, parse_exposure, parse_tone};
+use crate::io::{Bits, Development, Tone};
+use clap::Args;
+use std::path::Path;
+
+/// Options of PNG files; OpenEXR files stay linear.
+#[derive(Args)]
+pub struct DevelopmentArgs {
+    /// Tone curve of PNG files: none, neutral (Khronos PBR Neutral), agx or aces
+    /// [default: neutral for paths, else none]
+    #[arg(long, value_name = "CURVE", value_parser = parse_tone)]
+    pub tone: Option<Tone>,
+    /// Multiply the radiance in PNG files by 2^STOPS
+    #[arg(long, value_name = "STOPS", allow_hyphen_values = true, value_parser = parse_exposure)]
+    pub exposure: Option<f64>,
+    /// Dither PNG files, so that slow ramps show no bands: on or off
+    /// [default: on for paths, else off]
+    #[arg(long, value_name = "USE", value_parser = parse_dither)]
+    pub dither: Option<bool>,
+    /// Bits of a channel in PNG files: 8 or 16 [default: 8]
+    #[arg(long, value_name = "N", value_parser = parse_bits)]
+    pub bits: Option<Bits>,
+}
+
+impl DevelopmentArgs {
+    /// Replaces what was not asked for where it is paths that the picture was traced by: its
+    /// radiance has no upper end, and its gradients are slow.
+    pub fn of_paths(&self, development: Development) -> Development {
+        Development {
+            tone: self.tone.unwrap_or(Tone::Neutral),
+            dither: self.dither.unwrap_or(true),
+            ..development
+        }
+    }
+
+    /// Returns the development of the picture `path`; refuses options that it would not heed.
+    pub fn checked(&self, path: &Path) -> Result<Development, CliError> {
+        let is_exr = path
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+        let given = [
+            ("--tone", self.tone.is_some()),
+            ("--exposure", self.exposure.is_some()),
+            ("--dither", self.dither.is_some()),
+            ("--bits", self.bits.is_some()),
+        ];
+        if let (true, Some((name, _))) = (is_exr, given.iter().find(|(_, is)| *is)) {
+            return Err(CliError::Usage(format!(
+                "{name} is for PNG files; an OpenEXR file is linear: leave it out, or name a .png"
+            )));
+        }
+        let default = Development::default();
+        Ok(Development {
+            tone: self.tone.unwrap_or(default.tone),
+            exposure: self.exposure.unwrap_or(default.exposure),
+            dither: self.dither.unwrap_or(default.dither),
+            bits: self.bits.unwrap_or(default.bits),
+        })
+    }
+}

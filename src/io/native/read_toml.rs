@@ -286,7 +286,10 @@ impl EventReceiver for Builder<'_> {
         let kind = match raw.decode_scalar(&mut text, errors) {
             ScalarKind::String => Some(Kind::Text(text)),
             ScalarKind::Boolean(b) => Some(Kind::Bool(b)),
-            ScalarKind::DateTime => Some(Kind::Date),
+            ScalarKind::DateTime => match text.parse::<toml_datetime::Datetime>() {
+                Ok(_) => Some(Kind::Date),
+                Err(e) => return report(errors, format!("it is no date: {e}").into(), span),
+            },
             ScalarKind::Float => text.parse().ok().map(Kind::Float),
             ScalarKind::Integer(radix) => match i64::from_str_radix(&text, radix.value()) {
                 Ok(i) => Some(Kind::Integer(i)),

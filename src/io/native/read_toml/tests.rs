@@ -146,7 +146,7 @@ proptest! {
         ..ProptestConfig::default()
     })]
 
-    /// The same trees, and the same texts are refused; a date is not looked into here.
+    /// The same trees, and the same texts are refused.
     #[test]
     fn every_text_is_read_as_the_crate_toml_reads_it(text in fragments()) {
         prop_assert_eq!(parsed(&text).ok(), expected(&text), "{:?}", parsed(&text));

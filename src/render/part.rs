@@ -85,7 +85,7 @@ pub fn render_part(
             let tile = tile.sums(samples.clone(), arena, trace, &mut counts);
             let mut done = done.lock().unwrap_or_else(|e| e.into_inner());
             for spot in &order {
-                done.0[place(spot)] = tile.all.of(spot.row as usize);
+                done.0[place(spot)] = tile.of(spot.row as usize);
             }
             done.1.add(&counts);
             drop(done);

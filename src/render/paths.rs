@@ -102,13 +102,6 @@ fn white() -> Material {
     }
 }
 
-/// Sums of a tile's samples.
-pub struct TileSums<'b> {
-    pub all: Sums<'b>,
-    /// Those of even numbers, for adaptive sampling.
-    pub even: Option<Sums<'b>>,
-}
-
 /// A tile of the picture and what its paths are traced with.
 pub struct PathTile<'a> {
     pub view: &'a View<'a>,
@@ -132,7 +125,7 @@ impl PathTile<'_> {
     ) {
         let sums = self.sums(0..self.picture.samples, arena, trace, counts);
         for (pixel, slot) in slots.iter_mut().enumerate() {
-            *slot = sums.all.mean(pixel);
+            *slot = sums.mean(pixel);
         }
     }
 
@@ -144,15 +137,11 @@ impl PathTile<'_> {
         arena: &'b Bump,
         trace: &'b mut TraceScratch,
         counts: &mut RayCounts,
-    ) -> TileSums<'b> {
+    ) -> Sums<'b> {
         let tracer = self.tracer();
         let pixels = self.order.len();
         let slots = arena.alloc_slice_fill_copy(pixels, [0.0_f32; 4]);
-        let adaptive = self.config.adaptive.is_some();
-        let mut sums = TileSums {
-            all: Sums::new(pixels, arena),
-            even: adaptive.then(|| Sums::new(pixels, arena)),
-        };
+        let mut sums = Sums::new(pixels, arena);
         let mut cache = ShadowCache::new(self.config.shadow_cache);
         let scratch = &mut PathScratch::new(arena, trace, self.picture.kinds());
         for sample in samples {
@@ -166,15 +155,17 @@ impl PathTile<'_> {
             };
             slots.fill([0.0, 0.0, 0.0, 1.0]);
             self.queue_rays(sample, scratch);
+            if self.generator.has_blind_spots() {
+                slots.iter_mut().for_each(|slot| slot[3] = 0.0);
+                for row in scratch.queued() {
+                    slots[*row as usize][3] = 1.0;
+                }
+            }
             tracer.run(scratch, sample, slots, &mut cache, statistics);
             if self.cancel.load(Relaxed) {
                 break;
             }
-            sums.all.add(slots);
-            match &mut sums.even {
-                Some(even) if sample % 2 == 0 => even.add(slots),
-                _ => {}
-            }
+            sums.add(slots);
             counts.add(&statistics.counts);
         }
         counts.shadow_cache += cache.counts;
@@ -210,17 +201,22 @@ impl PathTile<'_> {
             let spots: [Spot; STEP] = std::array::from_fn(|i| some[i.min(some.len() - 1)]);
             let at = spots.map(|spot| (self.corner.0 + spot.x, self.corner.1 + spot.y));
             let key = at.map(|(x, y)| sampler.key(x, y));
-            let [u, v, _, _] = sampler.pad(Words::load(&key), Words::splat(sample), 0);
+            let [u, v, on_lens @ ..] = sampler.pad(Words::load(&key), Words::splat(sample), 0);
             let [(dx, wx), (dy, wy)] = [u, v].map(|u: Singles| filter.offset(u));
             let half = Doubles::splat(0.5);
             let place = |of: fn((u32, u32)) -> u32| Doubles::load(&at.map(|p| f64::from(of(p))));
             let across = self.generator.across(place(|p| p.0), half + dx.widen());
             let up = self.generator.up(place(|p| p.1), half + dy.widen());
-            let rows = (1 << some.len()) - 1;
-            let rays = self.generator.through(across, up);
+            let mut rays = self.generator.through(across, up);
+            if self.generator.has_lens() {
+                rays = self.generator.through_lens(rays, on_lens);
+            }
+            let rows = self.generator.seeing(&rays.1, some.len());
             queue.push_some(rows, rays, &spots.map(|spot| spot.row));
             queue.weigh_some(wx * wy, rows);
-            keys.extend_from_slice_copy(&key[..some.len()]);
+            for i in (0..some.len()).filter(|i| rows >> i & 1 != 0) {
+                keys.push(key[i]);
+            }
         }
         queue.complete(f32::INFINITY, RayKind::Primary);
     }

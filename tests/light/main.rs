@@ -4,6 +4,7 @@ mod allocations;
 mod closed_forms;
 mod identity;
 mod inspections;
+mod lenses;
 mod media;
 mod pictures;
 mod sampling;

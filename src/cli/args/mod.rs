@@ -8,7 +8,7 @@ mod development;
 mod light;
 mod values;
 
-pub use light::needed_integrator;
+pub use light::{has_lens, needed_integrator};
 pub use values::Size;
 
 use super::error::CliError;

@@ -63,6 +63,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
         picture,
         counts,
         reached,
+        records,
         readings,
         ..
     } = prepared.traced((&mut watch, &mut stats), &progress, render)??;
@@ -89,7 +90,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
             .join(", "),
         config.width,
         config.height,
-        light_of(&config, reached),
+        light_of(&config, reached, records),
         stats.rays.total(),
         stats.seconds("render"),
         rate(stats.rays_per_second)
@@ -97,15 +98,16 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
 }
 
 /// Names the integrator that was chosen, unless it is the plain one.
-fn light_of(config: &RenderConfig, reached: Option<Reached>) -> String {
+fn light_of(config: &RenderConfig, reached: Option<Reached>, records: Option<usize>) -> String {
     let name = match config.integrator {
         Integrator::Direct => return String::new(),
         Integrator::Path => "paths",
         Integrator::Ao => "ambient occlusion",
         Integrator::Inspect(_) => return String::new(),
     };
+    let cache = records.map_or(String::new(), |n| format!(", {n} records in the cache"));
     let (Some(reached), Some(adaptive)) = (reached, config.adaptive) else {
-        return format!(", {name} of {} spp", config.spp);
+        return format!(", {name} of {} spp{cache}", config.spp);
     };
     let noise = adaptive.noise;
     let quality = match reached.noisy {
@@ -117,7 +119,7 @@ fn light_of(config: &RenderConfig, reached: Option<Reached>) -> String {
         ),
     };
     format!(
-        ", {name} of {:.1} spp in the mean, {quality}",
+        ", {name} of {:.1} spp in the mean, {quality}{cache}",
         reached.mean_samples
     )
 }

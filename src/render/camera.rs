@@ -176,6 +176,15 @@ impl RayGenerator {
         (org + moved, dir - moved * Doubles::splat(1.0 / lens.focus))
     }
 
+    /// Returns the width of a pixel where a point lies, in world units, near the view axis.
+    pub fn pixel_width(&self, point: DVec3) -> f64 {
+        let height = 2.0 * self.half_height() / self.height;
+        match self.camera.projection.is_parallel() {
+            true => height,
+            false => height * (point - self.camera.eye).length(),
+        }
+    }
+
     /// Returns a point's depth along the view axis; its distance where there is no image plane.
     pub fn depth(&self, point: DVec3) -> f64 {
         let away = point - self.camera.eye;

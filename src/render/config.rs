@@ -6,6 +6,7 @@
 
 use super::AovSet;
 use super::adaptive::Adaptive;
+use super::irradiance::IndirectCaching;
 use crate::accel::{BuildQuality, KdQuality};
 use crate::light::filter::Kind as FilterKind;
 use crate::light::sampler::Kind as SamplerKind;
@@ -30,6 +31,8 @@ pub struct RenderConfig {
     pub filter: FilterKind,
     /// Adaptive sampling of the integrators that trace paths, in place of `spp`.
     pub adaptive: Option<Adaptive>,
+    /// A cache of indirect light for [`Integrator::Path`].
+    pub caching: Option<IndirectCaching>,
     pub choices: Choices,
     /// Root finder of polynomial surfaces in the precision `fast`; `None` uses the one
     /// that each surface names.
@@ -89,6 +92,7 @@ impl Default for RenderConfig {
             sampler: SamplerKind::default(),
             filter: FilterKind::default(),
             adaptive: None,
+            caching: None,
             choices: Choices::default(),
             solver: None,
             build: BuildQuality::default(),

@@ -58,6 +58,7 @@ pub fn render_part(
     sums.resize(pixels, [0.0; 4]);
     let picture = PathPicture::new(view, config).ok_or(RenderError::NoPaths)?;
     let generator = RayGenerator::new(view.camera, width, height, config.grid);
+    let picture = picture.cached(view, config, &generator, progress);
     let (columns, rows) = (width.div_ceil(BLOCK), height.div_ceil(BLOCK));
     progress.start(columns * rows);
     let workers = ScratchPool::<Worker>::default();
@@ -134,7 +135,7 @@ fn picture_key(view: &View, config: &RenderConfig) -> u128 {
     );
     let _ = write!(
         key,
-        "{} {} {:?} {:?} {:?} {} {} {} {:?} {:?}",
+        "{} {} {:?} {:?} {:?} {} {} {} {:?} {:?} {:?}",
         config.width,
         config.height,
         config.integrator,
@@ -145,6 +146,7 @@ fn picture_key(view: &View, config: &RenderConfig) -> u128 {
         config.max_depth,
         config.backdrop,
         config.ground,
+        config.caching,
     );
     key.0
 }

@@ -4,6 +4,7 @@
 use super::RenderConfig;
 use super::camera::RayGenerator;
 use super::config::{Backdrop, Integrator};
+use super::irradiance::use_of;
 use super::pixel_order::Spot;
 use super::sums::Sums;
 use super::tile::View;
@@ -12,7 +13,9 @@ use crate::light::sampler::Sampler;
 use crate::math::lanes::{Lanes, Words};
 use crate::plan::Kernels;
 use crate::scene::{Material, Model, Rgb, studio};
-use crate::shade::path::{Luminaires, Materials, MediaField, PathScratch, PathTracer, Seen, Slot};
+use crate::shade::path::{
+    Irradiance, Luminaires, Materials, MediaField, PathScratch, PathTracer, Seen, Slot, UseMode,
+};
 use crate::shade::{Doubles, RayCounts, STEP, Singles, Statistics};
 use crate::trace::{RayKind, ShadowCache, TraceScratch};
 use bumpalo::Bump;
@@ -26,20 +29,26 @@ pub const STUDIO_BACKDROP: Rgb = [0.72; 3];
 pub struct PathPicture {
     luminaires: Luminaires,
     materials: Materials,
-    sampler: Sampler,
+    pub(super) sampler: Sampler,
     filter: Filter,
     pub(super) media: MediaField,
-    max_depth: u32,
+    pub(super) max_depth: u32,
     pub(super) samples: u32,
     pub(super) backdrop: Seen,
+    /// Indirect light, and how paths use it.
+    pub(super) cache: Option<(Irradiance, UseMode)>,
     /// Whether some mesh has vertex normals.
     pub(super) smooth: bool,
 }
 
 impl PathPicture {
     /// Says whether there are meshes with vertex normals, and whether paths may pass surfaces.
-    pub(super) fn kinds(&self) -> (bool, bool) {
-        (self.smooth, self.materials.has_holes())
+    pub(super) fn kinds(&self) -> (bool, bool, bool) {
+        (
+            self.smooth,
+            self.materials.has_holes(),
+            self.cache.is_some(),
+        )
     }
 
     /// Prepares a picture, unless its integrator traces no paths.
@@ -77,6 +86,7 @@ impl PathPicture {
         };
         Some(PathPicture {
             luminaires,
+            cache: None,
             smooth: !scene.meshes.normals.is_empty(),
             backdrop,
             media,
@@ -187,6 +197,8 @@ impl PathTile<'_> {
             solids: picture.media.solids.as_ref(),
             backdrop: picture.backdrop,
             ground: self.config.ground,
+            cache: use_of(picture, self.config),
+            only_indirect: false,
             cancel: self.cancel,
         }
     }

@@ -56,6 +56,8 @@ pub struct Rendered {
     pub decided: u64,
     /// What sampling came to, if it was adaptive.
     pub reached: Option<Reached>,
+    /// Number of records of its irradiance cache, if it has one.
+    pub records: Option<usize>,
     /// What was read at each pixel, row by row, if the picture is an inspection.
     pub readings: Vec<Reading>,
 }
@@ -164,6 +166,7 @@ fn render_tiles(
         record: Vec::new(),
         decided: 0,
         reached: None,
+        records: None,
         readings,
     });
     let workers = ScratchPool::<Worker>::default();
@@ -177,7 +180,8 @@ fn render_tiles(
     };
     let generator = RayGenerator::new(view.camera, config.width, config.height, config.grid);
     let whole = morton_order((side, side));
-    let paths = PathPicture::new(view, config);
+    let paths = PathPicture::new(view, config)
+        .map(|picture| picture.cached(view, config, &generator, progress));
     let film = match (&paths, &config.adaptive) {
         (Some(picture), Some(adaptive)) => {
             let settings = (config, adaptive);
@@ -236,6 +240,7 @@ fn render_tiles(
         done.counts.add(&film.counts);
         done.reached = Some(film.reached());
     }
+    done.records = paths.as_ref().and_then(PathPicture::records);
     if let Some(samples) = &mut done.picture.samples {
         match &film {
             Some(film) => samples.copy_from_slice(&film.sample_counts()),

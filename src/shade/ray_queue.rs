@@ -79,6 +79,12 @@ impl<'b> RayQueue<'b> {
         keep(&mut self.pixel, pixels, rows);
     }
 
+    /// Appends one ray.
+    pub fn push_one(&mut self, (org, dir): (DVec3, DVec3), pixel: u32) {
+        let lanes = |v: DVec3| Vec3::<Doubles>::splat(v.to_array());
+        self.push_some(1, (lanes(org), lanes(dir)), &[pixel; STEP]);
+    }
+
     /// Appends grey weights of rays that were appended by [`RayQueue::push_some`].
     #[inline(always)]
     pub fn weigh_some(&mut self, weight: Singles, rows: u32) {

@@ -121,6 +121,18 @@ fn wrong_arguments() {
             "--noise is for pictures of paths",
         ),
         (
+            small(&["--integrator", "direct", "--cache", "irradiance"]),
+            "--cache is for --integrator path",
+        ),
+        (
+            small(&["--cache", "photons"]),
+            "known are irradiance, unbiased",
+        ),
+        (
+            small(&["--cache", "irradiance", "--cache-error", "0"]),
+            "from 0.02 to 1",
+        ),
+        (
             small(&["--integrator", "direct", "--filter", "box"]),
             "--filter is for pictures of paths",
         ),

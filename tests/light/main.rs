@@ -1,6 +1,7 @@
 //! Tests of light: path-traced pictures against closed formulas, and their bits.
 
 mod allocations;
+mod cached;
 mod closed_forms;
 mod identity;
 mod inspections;

@@ -7,7 +7,7 @@ use crate::cli::plan::beyond_direct;
 use crate::cli::scene::pick_camera;
 use crate::light::filter::Kind as FilterKind;
 use crate::light::sampler::Kind as SamplerKind;
-use crate::render::{Adaptive, Cost, Grid, Inspection, Integrator, RenderConfig};
+use crate::render::{Adaptive, Cost, Grid, IndirectCaching, Inspection, Integrator, RenderConfig};
 use crate::scene::{Camera, Tables};
 use clap::{Args, value_parser};
 use std::ops::Range;
@@ -41,6 +41,15 @@ pub struct LightArgs {
     /// Most samples per pixel of --noise [default: 1024]
     #[arg(long, value_name = "N", requires = "noise", value_parser = value_parser!(u32).range(1..=65_536))]
     pub max_spp: Option<u32>,
+    /// Interpolate light that surfaces have reflected to matte ones between records of a cache:
+    /// irradiance (quick, and off by a little), or unbiased (some paths go on, and make up for
+    /// what the cache is off)
+    #[arg(long, value_name = "USE", value_parser = parse_cache)]
+    pub cache: Option<CacheKind>,
+    /// How far records of --cache serve, as a part of the distance of what they see, 0.02 to 1;
+    /// smaller is finer, and takes longer [default: 0.2]
+    #[arg(long, value_name = "ERROR", requires = "cache", value_parser = parse_cache_error)]
+    pub cache_error: Option<f64>,
     /// Maximum number of reflections and refractions of a ray [default: 16 for paths, else 5]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..=255))]
     pub max_depth: Option<u32>,
@@ -50,6 +59,13 @@ pub struct LightArgs {
     /// Pixel filter of paths: blackman-harris, gaussian, mitchell or box [default: blackman-harris]
     #[arg(long, value_name = "NAME", value_parser = parse_filter)]
     pub filter: Option<FilterKind>,
+}
+
+/// How a cache of indirect light is used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CacheKind {
+    Irradiance,
+    Unbiased,
 }
 
 /// A range of a pixel's samples.
@@ -110,6 +126,11 @@ impl LightArgs {
             Grid::Centers => self.spp.unwrap_or(spp),
             Grid::Corners => 1,
         };
+        if self.cache.is_some() && integrator != Integrator::Path {
+            return Err(CliError::Usage(
+                "--cache is for --integrator path; leave it out, or ask for that".into(),
+            ));
+        }
         let adaptive = self.noise.map(|noise| Adaptive {
             noise,
             most: self.max_spp.unwrap_or(1024),
@@ -125,6 +146,10 @@ impl LightArgs {
         Ok(RenderConfig {
             integrator,
             adaptive,
+            caching: self.cache.map(|kind| IndirectCaching {
+                is_unbiased: kind == CacheKind::Unbiased,
+                error: self.cache_error.unwrap_or(0.2),
+            }),
             spp: adaptive.map_or(spp, |adaptive| adaptive.most()),
             max_depth: self.max_depth.unwrap_or(max_depth),
             sampler: self.sampler.unwrap_or(config.sampler),
@@ -214,6 +239,19 @@ fn parse_noise(text: &str) -> Result<f32, String> {
         Ok(x) if (1e-4..=1.0).contains(&x) => Ok(x),
         _ => Err("write a number from 0.0001 to 1, such as 0.01".into()),
     }
+}
+
+fn parse_cache(text: &str) -> Result<CacheKind, String> {
+    let known = [
+        ("irradiance", CacheKind::Irradiance),
+        ("unbiased", CacheKind::Unbiased),
+    ];
+    one_of(text, &known)
+}
+
+fn parse_cache_error(text: &str) -> Result<f64, String> {
+    let error = text.parse().ok().filter(|e| (0.02..=1.0).contains(e));
+    error.ok_or_else(|| "write a number from 0.02 to 1, such as 0.2".into())
 }
 
 fn parse_sampler(text: &str) -> Result<SamplerKind, String> {

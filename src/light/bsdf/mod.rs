@@ -170,6 +170,25 @@ impl Bsdf {
         sheet.map(|share| (1.0 - self.opacity) + self.opacity * share)
     }
 
+    /// Returns the albedo, towards `out`, of the lobe that reflects alike into all directions:
+    /// its value is albedo · cos/π. It is 0 for lobes of rough diffuse reflection, which do not.
+    #[inline]
+    pub fn lambert<L: Lanes<Scalar = f32>>(
+        &self,
+        looks: &Looks<L>,
+        eta: L,
+        out: Vec3<L>,
+    ) -> [L; 3] {
+        if self.is_black || self.only_delta {
+            return [L::zero(); 3];
+        }
+        let (out, eta) = (above(out), glass::clamped_eta(eta));
+        match &self.model {
+            Lobes::Layered(it) => it.lambert(&it.prepare(looks, eta, out)),
+            Lobes::Phong(it) => it.lambert(),
+        }
+    }
+
     /// Evaluates all lobes but delta distributions.
     #[inline]
     pub fn eval<L: Lanes<Scalar = f32>>(

@@ -83,6 +83,12 @@ impl Phong {
         self.transmission > 0.0
     }
 
+    /// Returns the albedo of the diffuse lobe.
+    #[inline(always)]
+    pub fn lambert<L: Lanes<Scalar = f32>>(&self) -> [L; 3] {
+        self.diffuse.map(L::splat)
+    }
+
     fn shines(&self) -> bool {
         self.chances[1] > 0.0
     }

@@ -152,6 +152,9 @@ impl PathTracer<'_> {
                 continue;
             };
             let ray = buffer.row[hit] as usize;
+            if self.only_indirect && wave.straight[ray] {
+                continue;
+            }
             let own = wave.pdf[ray];
             let mut part = 1.0;
             if depth > 0 && own < f32::MAX && !look.material.layers.unlit {

@@ -6,6 +6,7 @@
 //! is a function of (seed, frame, pixel, sample, dimension), and what a path finds goes to its
 //! own slot, so no order of rays, tiles, threads or lanes can show.
 
+mod cache;
 mod emission;
 mod ground;
 mod hit_columns;
@@ -16,6 +17,7 @@ mod scatter;
 mod shadows;
 mod state;
 
+pub use cache::{CacheUse, Irradiance, IrradianceRecord, Missed, UseMode};
 pub use ground::Ground;
 pub use luminaires::Luminaires;
 pub use media::MediaField;
@@ -32,9 +34,10 @@ use crate::light::bsdf::Bsdf;
 use crate::light::sampler::Sampler;
 use crate::plan::Kernels;
 use crate::scene::{Material, MaterialId, Rgb};
-use crate::trace::{RayKind, ShadowCache, Solids, TraceScratch};
+use crate::trace::{HitId, RayKind, ShadowCache, Solids, TraceScratch};
 use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;
+use cache::CacheColumns;
 use glam::DVec3;
 use hit_columns::HitColumns;
 use shadows::LightRays;
@@ -212,6 +215,7 @@ pub struct PathScratch<'b> {
     /// First place in `order` of each material's hits.
     starts: ArenaVec<'b, u32>,
     lights: LightRays<'b>,
+    cached: CacheColumns<'b>,
     /// The path that is traced alone, for `verify`.
     record: Option<Vec<PathVertex>>,
     trace: &'b mut TraceScratch,
@@ -219,21 +223,22 @@ pub struct PathScratch<'b> {
 
 impl<'b> PathScratch<'b> {
     /// `smooth` says whether the scene has meshes with vertex normals, `has_holes` whether paths
-    /// may pass surfaces.
+    /// may pass surfaces, `is_cached` whether there is an irradiance cache.
     pub fn new(
         arena: &'b Bump,
         trace: &'b mut TraceScratch,
-        (smooth, has_holes): (bool, bool),
+        (smooth, has_holes, is_cached): (bool, bool, bool),
     ) -> PathScratch<'b> {
         let mut buffer = HitBuffer::with_capacity(BATCH, arena);
         buffer.wants_lift = smooth;
         PathScratch {
-            waves: std::array::from_fn(|_| Paths::new(arena, has_holes)),
+            waves: std::array::from_fn(|_| Paths::new(arena, (has_holes, is_cached))),
             hits: HitColumns::new(arena),
             buffer,
             order: ArenaVec::with_capacity_in(BATCH, arena),
             starts: ArenaVec::new_in(arena),
             lights: LightRays::new(arena),
+            cached: CacheColumns::new(arena),
             record: None,
             trace,
         }
@@ -250,6 +255,24 @@ impl<'b> PathScratch<'b> {
     /// Lists the film's rows of the camera rays that are queued.
     pub fn queued(&self) -> &[u32] {
         &self.waves[0].rays.pixel
+    }
+
+    /// Takes the points that the last paths found without a record of the cache.
+    pub fn take_missed(&mut self) -> Vec<Missed> {
+        let missed = self.cached.missed.to_vec();
+        self.cached.missed.clear();
+        missed
+    }
+
+    /// Asks how far the camera rays of the next batches reach.
+    pub fn ask_reach(&mut self) {
+        let arena = self.cached.missed.bump();
+        self.cached.reach = Some(ArenaVec::with_capacity_in(BATCH, arena));
+    }
+
+    /// Lists the t of the last batch's first hits; infinite where a ray met nothing.
+    pub fn reach(&self) -> &[f64] {
+        self.cached.reach.as_deref().unwrap_or_default()
     }
 
     /// Begins a record of the next path, which is traced alone.
@@ -280,6 +303,11 @@ pub struct PathTracer<'w> {
     pub backdrop: Seen,
     /// The ground that the scene stands on, if it fades.
     pub ground: Option<Ground>,
+    /// An irradiance cache, and how it is used.
+    pub cache: Option<CacheUse<'w>>,
+    /// Whether what shines is left out where paths meet it straight from their start: rays that
+    /// gather indirect light.
+    pub only_indirect: bool,
     /// Cancellation flag, read before every wave.
     pub cancel: &'w AtomicBool,
 }
@@ -352,6 +380,16 @@ impl PathTracer<'_> {
         }
         self.sort_by_material(buffer, &mut scratch.order, &mut scratch.starts);
         scratch.lights.clear();
+        scratch.cached.clear_found();
+        if let (0, Some(reach)) = (depth, &mut scratch.cached.reach) {
+            reach.clear();
+            reach.extend(t[..count].iter().zip(&instance[..count]).map(|(t, id)| {
+                match *id == HitId::NONE.instance {
+                    true => f64::INFINITY,
+                    false => *t,
+                }
+            }));
+        }
         let mut first = 0;
         while first < scratch.order.len() {
             let material = buffer.material[scratch.order[first] as usize];
@@ -363,11 +401,12 @@ impl PathTracer<'_> {
                 (sample, depth),
                 (wave, buffer),
                 (&hits, same, self.materials.number(material)),
-                (next, &mut scratch.lights),
+                (next, &mut scratch.lights, &mut scratch.cached),
                 scratch.trace,
             );
             first += same;
         }
+        scratch.cached.add_to(slots);
         next.rays.complete(f32::INFINITY, RayKind::Reflection);
         self.add_light(
             &mut scratch.lights,

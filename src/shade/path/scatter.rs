@@ -1,5 +1,6 @@
 //! What a path does at a surface: it aims at a light, and goes on.
 
+use super::cache::{CacheColumns, UseMode};
 use super::emission::narrow;
 use super::shadows::{BODY_END, LightRays};
 use super::state::{Media, Paths};
@@ -16,30 +17,32 @@ type SingleMask = <Singles as Lanes>::Mask;
 type DoubleMask = <Doubles as Lanes>::Mask;
 
 /// Hits of one material, a step of them.
-struct Spot {
+pub(super) struct Spot {
     /// Rows of the hit buffer and of the wave, in increasing order; the last may repeat.
-    hits: [u32; STEP],
-    rays: [u32; STEP],
+    pub hits: [u32; STEP],
+    pub rays: [u32; STEP],
     /// The lanes that are not repeated.
-    lanes: u32,
-    point: Vec3<Doubles>,
+    pub lanes: u32,
+    pub point: Vec3<Doubles>,
     /// The point, lifted off the facet of a smooth mesh: where scattered rays and rays towards
     /// light start, so that facets throw no shadows on their neighbours.
     lifted: Vec3<Doubles>,
     /// Lanes whose facet stands for a curved surface: what its shading normal faces is above it.
-    curved: u32,
+    pub curved: u32,
     ng: Vec3<Doubles>,
     /// The geometric normal on the ray's side.
-    facing: Vec3<Doubles>,
+    pub facing: Vec3<Doubles>,
     /// The shading normal, on the ray's side and not facing away from the ray.
-    ns: Vec3<Doubles>,
+    pub ns: Vec3<Doubles>,
     /// Where the ray came from, unit.
     out: Vec3<Doubles>,
     frame: Frame<Singles>,
-    out_local: Vec3<Singles>,
-    throughput: Vec3<Singles>,
+    pub out_local: Vec3<Singles>,
+    pub throughput: Vec3<Singles>,
+    /// The throughput of paths that are not scattered here, which a cache does not lessen.
+    passing: Vec3<Singles>,
     /// Index of refraction on the far side over that on the ray's side.
-    eta: Singles,
+    pub eta: Singles,
     /// The media on the far side.
     behind: [Media; STEP],
 }
@@ -52,7 +55,7 @@ impl PathTracer<'_> {
         (sample, depth): (u32, u32),
         (wave, buffer): (&Paths, &HitBuffer),
         (hits, count, number): (&[u32; STEP], usize, u32),
-        (next, lights): (&mut Paths, &mut LightRays),
+        (next, lights, cached): (&mut Paths, &mut LightRays, &mut CacheColumns),
         trace: &mut TraceScratch,
     ) {
         let look = &self.materials.rows[number as usize];
@@ -101,10 +104,11 @@ impl PathTracer<'_> {
                 return;
             }
         }
-        if ends {
+        if ends || spot.is_spent(wave, look) {
             return;
         }
-        if !look.bsdf.only_delta && !self.luminaires.emitters.is_empty() {
+        let is_probe = matches!(&self.cache, Some(cache) if cache.mode == UseMode::Probe);
+        if !look.bsdf.only_delta && !self.luminaires.emitters.is_empty() && !is_probe {
             let numbers = self.sampler.pad(keys, Words::splat(sample), 3 + 2 * depth);
             self.aim(wave, look, &spot, numbers, (buffer, lights));
         }
@@ -112,11 +116,26 @@ impl PathTracer<'_> {
         let sampled = look
             .bsdf
             .sample(&looks, spot.eta, spot.out_local, [u, v], lobe);
+        let mut onward = None;
+        if let Some(cache) = &self.cache {
+            let taken = self.take_cached(cache, (wave, buffer), (look, &spot), cached, || {
+                let [.., survives] = self.sampler.pad(keys, Words::splat(sample), 3 + 2 * depth);
+                survives
+            });
+            if is_probe {
+                // What is scattered once more is looked at, too, where paths will ask there.
+                spot.lanes &= match depth < cache.probe_depth {
+                    true => u32::MAX,
+                    false => sampled.delta.bits(),
+                };
+            }
+            onward = Some(taken.onward(&sampled));
+        }
         self.go_on(
             (wave, buffer),
             (look, depth),
             &spot,
-            (&sampled, roulette),
+            (&sampled, roulette, onward),
             next,
         );
     }
@@ -219,12 +238,15 @@ impl PathTracer<'_> {
         (wave, buffer): (&Paths, &HitBuffer),
         (look, depth): (&Look, u32),
         spot: &Spot,
-        (sampled, roulette): (&Sampled<Singles>, Singles),
+        (sampled, roulette, onward): (&Sampled<Singles>, Singles, Option<Vec3<Singles>>),
         next: &mut Paths,
     ) {
         let through = sampled.through.bits();
         let delta = sampled.delta.bits() & spot.lanes;
         let thin = look.material.layers.thin_walled;
+        // Light sampling at the hit before sees through a smooth pane, so what the path meets
+        // behind is weighed by the densities there.
+        let straight = if thin { delta & through } else { 0 };
         let mut dir: Vec3<Doubles> = widen(spot.frame.world_from_local(sampled.into));
         if delta != 0 {
             let exact = spot.mirrored_or_bent(through, thin);
@@ -235,11 +257,15 @@ impl PathTracer<'_> {
         // A shading normal may send a ray to the wrong side of the surface.
         let mut rows = sampled.some.bits() & (above ^ through) & spot.lanes;
         let [r, g, b] = sampled.weight;
-        let mut weight = Vec3::new(
-            spot.throughput.x * r,
-            spot.throughput.y * g,
-            spot.throughput.z * b,
-        );
+        let mut throughput = spot.throughput;
+        let mut onward = onward;
+        if let Some(before) = wave.onward(&spot.rays) {
+            let passes = SingleMask::from_bits(straight);
+            throughput = Vec3::select(passes, spot.passing, throughput);
+            let scattered = onward.unwrap_or(Vec3::splat([1.0; 3]));
+            onward = Some(Vec3::select(passes, before, scattered));
+        }
+        let mut weight = Vec3::new(throughput.x * r, throughput.y * g, throughput.z * b);
         let mut compression = Singles::load(&spot.rays.map(|ray| wave.compression[ray as usize]));
         if through != 0 && !thin {
             let more = compression * spot.eta * spot.eta;
@@ -259,9 +285,6 @@ impl PathTracer<'_> {
         }
         let offset: Doubles = gather(&buffer.offset, &spot.hits);
         let org = spot.leave(above, spot.curved & !delta, offset);
-        // Light sampling at the hit before sees through a smooth pane, so what the path meets
-        // behind is weighed by the densities there.
-        let straight = if thin { delta & through } else { 0 };
         let before = wave.normal.gather(&spot.rays);
         let normal = light_normal(look, spot.ns);
         let normal = Vec3::select(SingleMask::from_bits(straight), before, normal);
@@ -293,6 +316,7 @@ impl PathTracer<'_> {
         let origins = wave.origins(&spot.rays, org);
         let behind = DoubleMask::from_bits(straight);
         paths.push_origins(Vec3::select(behind, origins, org), rows);
+        paths.push_onward(onward, rows);
         spot.push((org, dir), (&kinds, rows), wave, next);
     }
 
@@ -312,7 +336,8 @@ impl PathTracer<'_> {
         let org = spot.point + spot.ng * (side * offset);
         let of = spot.rays.map(|ray| ray as usize);
         let kinds = [RayKind::Refraction; STEP];
-        next.rays.weight.push_some(spot.throughput, rows);
+        next.rays.weight.push_some(spot.passing, rows);
+        next.push_onward(wave.onward(&spot.rays), rows);
         next.normal.push_some(wave.normal.gather(&spot.rays), rows);
         let pdfs: [f32; STEP] = std::array::from_fn(|i| match displaced >> i & 1 {
             0 => wave.pdf[of[i]],
@@ -429,6 +454,11 @@ impl Spot {
         let frame = Frame::about(narrow(ns));
         let mut out_local = frame.local_from_world(narrow::<Singles>(out));
         out_local.z = out_local.z.max(Singles::splat(f32::MIN_POSITIVE));
+        let passing = wave.rays.weight.gather(&rays);
+        let throughput = match wave.onward(&rays) {
+            None => passing,
+            Some(Vec3 { x, y, z }) => Vec3::new(passing.x * x, passing.y * y, passing.z * z),
+        };
         let point = buffer.point.gather(hits);
         let lifted = match buffer.wants_lift {
             true => point + buffer.lift.gather(hits),
@@ -447,10 +477,18 @@ impl Spot {
             out,
             frame,
             out_local,
-            throughput: wave.rays.weight.gather(&rays),
+            throughput,
+            passing,
             eta: Singles::splat(1.0),
             behind: rays.map(|ray| wave.media[ray as usize]),
         }
+    }
+
+    /// Says whether all paths end here: what they would find has come from a cache.
+    fn is_spent(&self, wave: &Paths, look: &Look) -> bool {
+        let Vec3 { x, y, z } = self.throughput;
+        let left = x.max(y).max(z).gt(Singles::zero()).bits() & self.lanes;
+        left == 0 && wave.onward(&self.rays).is_some() && !look.material.layers.thin_walled
     }
 
     /// Computes the directions of perfect mirrors, and in the lanes of `through` those of
@@ -475,7 +513,7 @@ impl Spot {
 
     /// Returns where rays start: above the surface in the lanes of `above`, from the lifted
     /// points in those of `curved`, and below it in the others.
-    fn leave(&self, above: u32, curved: u32, offset: Doubles) -> Vec3<Doubles> {
+    pub fn leave(&self, above: u32, curved: u32, offset: Doubles) -> Vec3<Doubles> {
         let from = Vec3::select(DoubleMask::from_bits(curved), self.lifted, self.point);
         let above = DoubleMask::from_bits(above);
         from + Vec3::select(above, self.facing, -self.facing) * offset

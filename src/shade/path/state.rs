@@ -28,11 +28,15 @@ pub(super) struct Paths<'b> {
     /// Where the path was last scattered, from where light was sampled that it may meet; kept
     /// where it may have passed holes and panes since.
     origin: Option<Column3<'b, Doubles>>,
+    /// The factors of the path's weight from its next scattering on: what an irradiance cache
+    /// has given is not found again. Kept where there is a cache.
+    onward: Option<Column3<'b, Singles>>,
 }
 
 impl<'b> Paths<'b> {
-    /// `has_holes` says whether paths may pass surfaces.
-    pub fn new(arena: &'b Bump, has_holes: bool) -> Paths<'b> {
+    /// `has_holes` says whether paths may pass surfaces, `is_cached` whether there is an
+    /// irradiance cache.
+    pub fn new(arena: &'b Bump, (has_holes, is_cached): (bool, bool)) -> Paths<'b> {
         let numbers = || ArenaVec::with_capacity_in(BATCH, arena);
         Paths {
             rays: RayQueue::with_capacity(BATCH, arena),
@@ -43,6 +47,7 @@ impl<'b> Paths<'b> {
             media: ArenaVec::with_capacity_in(BATCH, arena),
             straight: ArenaVec::with_capacity_in(BATCH, arena),
             origin: has_holes.then(|| Column3::with_capacity(BATCH, arena)),
+            onward: is_cached.then(|| Column3::with_capacity(BATCH, arena)),
         }
     }
 
@@ -69,6 +74,18 @@ impl<'b> Paths<'b> {
         }
     }
 
+    /// Returns the factors of some paths' weights from their next scattering on, if any.
+    pub fn onward(&self, rows: &[u32; STEP]) -> Option<Vec3<Singles>> {
+        self.onward.as_ref().map(|onward| onward.gather(rows))
+    }
+
+    /// Appends the factors of paths' weights, 1 if nothing is left out, in some lanes of a step.
+    pub fn push_onward(&mut self, onward: Option<Vec3<Singles>>, rows: u32) {
+        if let Some(column) = &mut self.onward {
+            column.push_some(onward.unwrap_or(Vec3::splat([1.0; 3])), rows);
+        }
+    }
+
     pub fn clear(&mut self) {
         self.rays.truncate(0);
         self.key.clear();
@@ -79,6 +96,9 @@ impl<'b> Paths<'b> {
         self.straight.clear();
         if let Some(origin) = &mut self.origin {
             origin.truncate(0);
+        }
+        if let Some(onward) = &mut self.onward {
+            onward.truncate(0);
         }
     }
 
@@ -93,6 +113,9 @@ impl<'b> Paths<'b> {
         // Nothing competes with camera rays.
         if let Some(origin) = &mut self.origin {
             origin.resize(paths, [0.0; 3]);
+        }
+        if let Some(onward) = &mut self.onward {
+            onward.resize(paths, [1.0; 3]);
         }
     }
 }

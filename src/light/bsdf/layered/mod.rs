@@ -368,6 +368,15 @@ impl Layered {
         self.window.shares(cos, hit.eta, hit.tint)
     }
 
+    /// Returns the albedo of the Lambertian lobe.
+    #[inline(always)]
+    pub fn lambert<L: Lanes<Scalar = f32>>(&self, hit: &Prepared<L>) -> [L; 3] {
+        match self.diffuse && self.eon.is_none() {
+            true => hit.diffuse,
+            false => [L::zero(); 3],
+        }
+    }
+
     #[inline(always)]
     pub fn eval<L: Lanes<Scalar = f32>>(&self, hit: &Prepared<L>, into: Vec3<L>) -> Evaluated<L> {
         self.eval_turned(hit, self.turned(into))

@@ -1,0 +1,172 @@
+//! Pictures of a cache of indirect light against pictures of paths.
+
+use lanecast::internals::light::filter::Kind;
+use lanecast::internals::render::{Backdrop, IndirectCaching, Integrator};
+use lanecast::shapes::{Cuboid, Sphere};
+use lanecast::{
+    Camera, DVec3, Edge, Material, Picture, RenderConfig, Scene, SceneBuilder, Tracer,
+    TracerOptions,
+};
+
+const SIDE: u32 = 48;
+
+fn matte(color: [f32; 3]) -> Material {
+    Material::metallic_roughness(color, 0.0, 1.0)
+}
+
+/// A room of five walls, one red, a block in it and a lamp below its ceiling.
+fn room() -> Scene {
+    let mut scene = SceneBuilder::default();
+    let white = scene.material("", matte([0.7; 3]));
+    let red = scene.material("", matte([0.7, 0.1, 0.1]));
+    let shining = Material {
+        emission: [12.0; 3],
+        ..matte([0.0; 3])
+    };
+    let lamp = scene.material("", shining);
+    let mut add = |min: [f64; 3], max: [f64; 3], material| {
+        let (min, max) = (DVec3::from(min), DVec3::from(max));
+        let shape = scene.cuboid("", Cuboid { min, max });
+        scene.instance("", Edge::shape(shape).material(material));
+    };
+    add([-1.0, -1.1, -1.0], [1.0, -1.0, 1.0], white);
+    add([-1.0, 1.0, -1.0], [1.0, 1.1, 1.0], white);
+    add([-1.0, -1.0, -1.1], [1.0, 1.0, -1.0], white);
+    add([-1.1, -1.0, -1.0], [-1.0, 1.0, 1.0], red);
+    add([1.0, -1.0, -1.0], [1.1, 1.0, 1.0], white);
+    add([-0.5, -1.0, -0.6], [0.2, -0.2, 0.0], white);
+    let ball = scene.sphere(
+        "",
+        Sphere {
+            center: DVec3::new(0.0, 0.7, 0.0),
+            radius: 0.15,
+        },
+    );
+    scene.instance("", Edge::shape(ball).material(lamp));
+    let eye = DVec3::Z * 3.4;
+    scene.camera("", Camera::perspective(eye, DVec3::ZERO, DVec3::Y, 40.0));
+    scene.finish().unwrap()
+}
+
+fn config(error: Option<f64>, is_unbiased: bool) -> RenderConfig {
+    RenderConfig {
+        width: SIDE,
+        height: SIDE,
+        spp: 64,
+        integrator: Integrator::Path,
+        backdrop: Backdrop::Color([0.0; 3]),
+        max_depth: 8,
+        caching: error.map(|error| IndirectCaching { is_unbiased, error }),
+        ..RenderConfig::default()
+    }
+}
+
+fn render(scene: &Scene, config: &RenderConfig, threads: Option<u32>) -> Picture {
+    let options = TracerOptions::default();
+    let tracer = Tracer::new(scene, &options).unwrap();
+    let draw = || tracer.render(config, &Default::default(), &|_| ()).unwrap();
+    match threads {
+        None => draw(),
+        Some(threads) => rayon::ThreadPoolBuilder::new()
+            .num_threads(threads as usize)
+            .build()
+            .unwrap()
+            .install(draw),
+    }
+}
+
+/// Mean, and root of the mean squared difference, of pictures, relative to the truth's mean.
+fn errors(picture: &Picture, truth: &Picture) -> [f64; 2] {
+    let all = |p: &Picture| -> Vec<f64> {
+        let shown = |c: &f32| f64::from(c.min(2.0));
+        p.color.as_flattened().iter().map(shown).collect()
+    };
+    let (is, should) = (all(picture), all(truth));
+    let mean = should.iter().sum::<f64>() / should.len() as f64;
+    let off: Vec<f64> = is.iter().zip(&should).map(|(a, b)| a - b).collect();
+    let count = off.len() as f64;
+    [
+        off.iter().sum::<f64>() / count / mean,
+        (off.iter().map(|d| d * d).sum::<f64>() / count).sqrt() / mean,
+    ]
+}
+
+#[test]
+fn a_cached_picture_is_nearly_right_and_less_noisy() {
+    let scene = room();
+    let truth = config(None, false);
+    let truth = render(&scene, &RenderConfig { spp: 4096, ..truth }, None);
+    let [_, noise] = errors(&render(&scene, &config(None, false), None), &truth);
+    let [bias, rms] = errors(&render(&scene, &config(Some(0.2), false), None), &truth);
+    assert!(bias.abs() < 0.005, "{bias}");
+    assert!(rms < 0.8 * noise, "{rms} of {noise}");
+    let [bias, _] = errors(&render(&scene, &config(Some(0.4), true), None), &truth);
+    assert!(bias.abs() < 0.003, "{bias}");
+}
+
+#[test]
+fn threads_do_not_show_in_a_cache() {
+    let scene = room();
+    for is_unbiased in [false, true] {
+        let config = RenderConfig {
+            spp: 4,
+            ..config(Some(0.4), is_unbiased)
+        };
+        let one = render(&scene, &config, Some(1)).color;
+        assert_eq!(render(&scene, &config, Some(2)).color, one);
+        assert_eq!(render(&scene, &config, Some(3)).color, one);
+    }
+}
+
+/// A lamp on one side of a wall of a thousandth, on a floor that goes below the wall: the other
+/// side sees nothing that is lit.
+#[test]
+fn no_light_leaks_through_a_thin_wall() {
+    let mut scene = SceneBuilder::default();
+    let white = scene.material("", matte([0.8; 3]));
+    let shining = Material {
+        emission: [50.0; 3],
+        ..matte([0.0; 3])
+    };
+    let lamp = scene.material("", shining);
+    for (min, max) in [
+        ([-3.0, -0.1, -3.0], [3.0, 0.0, 3.0]),
+        ([0.0, 0.0, -3.0], [1e-3, 1.0, 3.0]),
+        ([-2.0, 0.0, -3.0], [-1.9, 1.0, 3.0]),
+    ] {
+        let (min, max) = (DVec3::from(min), DVec3::from(max));
+        let shape = scene.cuboid("", Cuboid { min, max });
+        scene.instance("", Edge::shape(shape).material(white));
+    }
+    let center = DVec3::new(-0.6, 0.3, 0.0);
+    let ball = scene.sphere(
+        "",
+        Sphere {
+            center,
+            radius: 0.05,
+        },
+    );
+    scene.instance("", Edge::shape(ball).material(lamp));
+    let eye = DVec3::new(0.5, 6.0, 0.0);
+    let camera = Camera::orthographic(eye, DVec3::new(0.5, 0.0, 0.0), DVec3::NEG_Z, 3.0);
+    scene.camera("", camera);
+    let scene = scene.finish().unwrap();
+    for error in [0.2, 1.0] {
+        let config = RenderConfig {
+            filter: Kind::Box,
+            spp: 16,
+            ..config(Some(error), false)
+        };
+        let picture = render(&scene, &config, None);
+        let (mut lit, mut dark) = (0.0, 0.0_f32);
+        for (i, color) in picture.color.iter().enumerate() {
+            let x = -1.0 + 3.0 * (i as u32 % SIDE) as f32 / SIDE as f32;
+            match x > 2e-3 {
+                true => dark = dark.max(color[0]),
+                false => lit += color[0] / (SIDE * SIDE) as f32,
+            }
+        }
+        assert!(lit > 0.01, "{lit}");
+        assert_eq!(dark, 0.0, "at {error}");
+    }
+}

@@ -8,9 +8,11 @@ use super::lower_looks::{camera, environment, light, material};
 use super::schema::{self, Named, Triple};
 use super::source_spans::At;
 use super::tree::{Source, nearest, quoted};
-use super::{lower_csg, lower_shape, rotate};
+use super::{lower_csg, lower_shape, lower_shutter, rotate};
 use crate::math::Affine;
-use crate::scene::{Edge, Entity, EntityKind, Key, MaterialId, NodeId, SceneBuilder, ShapeId};
+use crate::scene::{
+    Edge, Entity, EntityKind, Interpolation, Key, MaterialId, NodeId, SceneBuilder, ShapeId,
+};
 use crate::{ImportReport, LoadError, LoadOptions};
 use glam::DVec3;
 use std::collections::HashMap;
@@ -65,7 +67,13 @@ pub(super) fn lower(
         environment(source, row, (options, report), scene)?;
     }
     if let Some(row) = file.camera {
-        scene.camera("", camera(source, &row)?);
+        let id = scene.camera("", camera(source, &row)?);
+        if let Some(motion) = &row.value.motion {
+            scene.move_camera(id, &lower_shutter::camera_keys(source, &row.value, motion)?);
+        }
+        if let Some(shutter) = &row.value.shutter {
+            scene.shutter(id, lower_shutter::shutter(source, shutter)?);
+        }
         at.cameras.push(row.at);
     }
     for row in file.light.iter().flatten() {
@@ -198,9 +206,18 @@ fn edge(names: &Names, row: &At<schema::Child>, scene: &mut SceneBuilder) -> Res
         Some(steps) => transform(names.source, steps)?,
         None => Affine::IDENTITY,
     };
-    let id = match &child.motion {
-        Some(motion) => scene.moving(local, &keys(names.source, motion)?),
-        None => scene.transform(local),
+    let interpolation = match child.interpolation.as_ref().map(|row| row.value) {
+        Some(schema::Interpolation::Rigid) => Interpolation::Rigid,
+        Some(schema::Interpolation::Linear) | None => Interpolation::Linear,
+    };
+    let id = match (&child.motion, &child.interpolation) {
+        (Some(motion), _) => scene.moving_by(interpolation, local, &keys(names.source, motion)?),
+        (None, None) => scene.transform(local),
+        (None, Some(row)) => {
+            let message = "interpolation is how things move between the keys of a motion, and \
+                           there is no motion here; give one, or leave it out";
+            return Err(names.source.error(row.at, message));
+        }
     };
     Ok(edge.transform(id))
 }

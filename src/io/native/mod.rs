@@ -11,9 +11,11 @@ mod expression;
 mod formula;
 mod lower;
 mod lower_csg;
+mod lower_deformation;
 mod lower_looks;
 mod lower_polynomial;
 mod lower_shape;
+mod lower_shutter;
 mod operations;
 mod polynomial;
 mod read_json;
@@ -69,6 +71,9 @@ pub(super) fn import(
     })
 }
 
+/// Keys of a camera whose values are tables.
+const CAMERA_TABLES: [&str; 1] = ["shutter"];
+
 /// Checks that there is one camera, which is a likely mistake, for lights and instances are
 /// many and materials have names.
 fn check_camera(source: &Source, root: &Value) -> Result<(), LoadError> {
@@ -84,7 +89,9 @@ fn check_camera(source: &Source, root: &Value) -> Result<(), LoadError> {
             .map(|first| (first.at, "cameras are in a list")),
         Kind::Table(entries) => entries
             .iter()
-            .find(|(_, value)| matches!(value.kind, Kind::Table(_)))
+            .find(|(key, value)| {
+                matches!(value.kind, Kind::Table(_)) && !CAMERA_TABLES.contains(&&*key.name)
+            })
             .map(|(key, _)| (key.at, "a camera has a name")),
         _ => None,
     };

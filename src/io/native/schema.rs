@@ -98,6 +98,52 @@ pub struct Camera {
     pub fov_y: Option<At<f64>>,
     /// Height of the picture in world units, greater than 0.
     pub orthographic: Option<At<f64>>,
+    /// Where it is at later times of a sequence of frames, at least one key.
+    pub motion: Option<At<Vec<At<CameraKey>>>>,
+    /// When it takes light; for an instant if absent, and nothing blurs.
+    pub shutter: Option<At<Shutter>>,
+}
+
+/// Where a camera is at a time. Between keys all three go straight.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CameraKey {
+    /// Above 0 and the key before, at most 1.
+    pub at: At<f64>,
+    /// That of the key before if absent.
+    pub eye: Option<Triple>,
+    /// That of the key before if absent.
+    pub look_at: Option<Triple>,
+    /// That of the key before if absent; not 0.
+    pub up: Option<At<Triple>>,
+}
+
+/// When a camera takes light: between two times about that of the frame. The unit is the time
+/// from one frame to the next; of a single picture the whole motion.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Shutter {
+    /// 0 is the frame's own time, negative is before it; 0 if absent.
+    pub open: Option<f64>,
+    /// Above `open`.
+    pub close: f64,
+    /// `box` if absent.
+    pub shape: Option<ShutterShape>,
+    /// Of a trapezoid: the share of the time in which it opens, from 0 to 1; 0.25 if absent.
+    pub rise: Option<f64>,
+    /// Of a trapezoid: the share of the time in which it closes; 0.25 if absent. `rise` and
+    /// `fall` add up to 1 at most.
+    pub fall: Option<f64>,
+}
+
+/// How much light a shutter lets in between its times.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ShutterShape {
+    /// All light all the time.
+    Box,
+    /// It opens evenly and closes evenly.
+    Trapezoid,
 }
 
 /// A light; exactly one kind.
@@ -251,6 +297,16 @@ pub struct Material {
     pub priority: Option<i32>,
 }
 
+/// The vertices of a mesh at a time. Between keys they go straight.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MeshKey {
+    /// Above 0 and the key before, at most 1.
+    pub at: At<f64>,
+    /// A mesh file of as many vertices and the same triangles.
+    pub mesh: At<String>,
+}
+
 /// A shape; exactly one kind.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -277,6 +333,8 @@ pub struct Shape {
     pub implicit: Option<At<String>>,
     /// A mesh file (.obj, .ply, .stl, .gltf, .glb), relative to this file.
     pub mesh: Option<At<String>>,
+    /// Of a mesh: files of its vertices at later times, at least one key.
+    pub motion: Option<At<Vec<At<MeshKey>>>>,
     /// Solids made of solids: of all points that are in any operand.
     pub union: Option<Vec<At<Operand>>>,
     /// Of all points that are in every operand.
@@ -478,10 +536,22 @@ pub struct Child {
     /// Where it is at later times of a sequence of frames, at least one key;
     /// `transform` is where it is at time 0.
     pub motion: Option<At<Vec<At<Key>>>>,
+    /// How it moves between keys; `linear` if absent.
+    pub interpolation: Option<At<Interpolation>>,
 }
 
-/// Where a placement is at a time. Between keys the matrices are interpolated
-/// element by element.
+/// How a placement moves between keys.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Interpolation {
+    /// Every element of the matrix goes straight; what turns shrinks on the way.
+    Linear,
+    /// What turns turns evenly, the shorter way, and keeps its size; translation and scale go
+    /// straight.
+    Rigid,
+}
+
+/// Where a placement is at a time.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Key {

@@ -3,7 +3,7 @@
 use super::emission::narrow;
 use super::shadows::{BODY_END, LightRays};
 use super::state::{Media, Paths};
-use super::{Look, PathTracer, ROULETTE_DEPTH, share};
+use super::{Look, PathTracer, ROULETTE_DEPTH, SampleNumbers, share};
 use crate::light::bsdf::Sampled;
 use crate::light::sampling::Frame;
 use crate::math::lanes::{Lanes, Mask, Words};
@@ -49,7 +49,7 @@ impl PathTracer<'_> {
     /// for each, and the ray that the path goes on with.
     pub(super) fn scatter(
         &self,
-        (sample, depth): (u32, u32),
+        (numbers, depth): (SampleNumbers, u32),
         (wave, buffer): (&Paths, &HitBuffer),
         (hits, count, number): (&[u32; STEP], usize, u32),
         (next, lights): (&mut Paths, &mut LightRays),
@@ -67,12 +67,13 @@ impl PathTracer<'_> {
             spot.curved = lift.max_abs().gt(Doubles::zero()).bits() & spot.lanes;
         }
         let keys = Words::load(&spot.rays.map(|ray| wave.key[ray as usize]));
+        let samples = numbers.of_step(|i| wave.rays.pixel[spot.rays[i] as usize]);
         let mut displaced = 0;
         if look.has_medium() {
-            displaced = self.enter_media(&mut spot, (wave, sample), (buffer, number), trace);
+            displaced = self.enter_media(&mut spot, (wave, numbers), (buffer, number), trace);
         }
         let [u, v, mut lobe, roulette]: [Singles; 4] =
-            self.sampler.pad(keys, Words::splat(sample), 2 + 2 * depth);
+            self.sampler.pad(keys, samples, 2 + 2 * depth);
         let mut passing = displaced;
         if opacity < 1.0 {
             let opacity = Singles::splat(opacity);
@@ -105,7 +106,7 @@ impl PathTracer<'_> {
             return;
         }
         if !look.bsdf.only_delta && !self.luminaires.emitters.is_empty() {
-            let numbers = self.sampler.pad(keys, Words::splat(sample), 3 + 2 * depth);
+            let numbers = self.sampler.pad(keys, samples, 3 + 2 * depth);
             self.aim(wave, look, &spot, numbers, (buffer, lights));
         }
         let looks = look.bsdf.looks();
@@ -336,7 +337,7 @@ impl PathTracer<'_> {
     fn enter_media(
         &self,
         spot: &mut Spot,
-        (wave, sample): (&Paths, u32),
+        (wave, numbers): (&Paths, SampleNumbers),
         (buffer, number): (&HitBuffer, u32),
         trace: &mut TraceScratch,
     ) -> u32 {
@@ -365,6 +366,7 @@ impl PathTracer<'_> {
             let mut channel = 1;
             if near != far && (self.materials.disperses(near) || self.materials.disperses(far)) {
                 let weight = wave.rays.weight.row(ray);
+                let sample = numbers.of(wave.rays.pixel[ray]);
                 channel = self.channel_of(weight, (wave.key[ray], sample));
                 let alone = weight.iter().filter(|part| **part > 0.0).count() < 2;
                 for (k, share) in share.iter_mut().enumerate() {

@@ -9,7 +9,7 @@
 use super::args::RenderArgs;
 use super::error::CliError;
 use super::output::{Results, check_destinations, printable_line};
-use super::pipeline::{Prepared, complete, load, named, structure, warn_of_losses};
+use super::pipeline::{Prepared, complete, load, named, of_camera, structure, warn_of_losses};
 use super::progress::{Drawing, rate};
 use super::scene::pick_camera;
 use super::{ground, interrupt, shutter};
@@ -17,9 +17,7 @@ use crate::accel::{KeptTrees, RefitOutcome, WORST_REFIT, World};
 use crate::io::{AovSet, Development, LoadError, picture_files};
 use crate::measure::{FrameStats, Stats, Watch};
 use crate::plan::places_meshes;
-use crate::render::{
-    FrameMemory, Integrator, RenderConfig, Rendered, View, render_after, render_blurred,
-};
+use crate::render::{FrameMemory, RenderConfig, Rendered, View, render_after, render_blurred};
 use crate::scene::{Instances, Scene};
 use crate::trace::Reuse;
 use std::path::{Path, PathBuf};
@@ -50,9 +48,9 @@ pub fn run(
     let exposure = |scene: &Scene, time| args.shutter.exposure(scene, row, how, (time, step));
     let config = RenderConfig {
         shutter: exposure(&loaded, 0.0)?,
-        ..config.clone()
+        ..of_camera(config.clone(), &loaded, args.common.size)?
     };
-    let config = args.light.complete(config, &loaded);
+    let config = args.light.complete(config, &loaded)?;
     if args.light.ground && loaded.moves() {
         return Err(CliError::Usage(
             "--ground lies under things as they stand, and in this scene they move; leave it out"
@@ -63,13 +61,10 @@ pub fn run(
         true => ground::stand(loaded, named(scene), config)?,
         false => (loaded, config),
     };
-    let config = &config;
-    warn_of_losses(&loaded, config);
+    warn_of_losses(&loaded, &config);
     stats.picture.spp = config.spp;
-    let development = &match config.integrator {
-        Integrator::Path => args.development.of_paths(*development),
-        _ => *development,
-    };
+    let (development, config) = args.development.complete(*development, output, config);
+    let (development, config) = (&development, &config);
     let prepared = complete(loaded, named(scene), config, &mut watch, &mut stats)?;
     interrupt::check(&progress)?;
     let structure = structure(&prepared.plan, &prepared.kd);

@@ -3,14 +3,16 @@
 use super::args::RenderArgs;
 use super::error::CliError;
 use super::output::{Results, check_destinations, printable_line};
-use super::pipeline::{complete, load, named};
+use super::pipeline::{complete, load, named, of_camera};
 use super::progress::rate;
 use super::render::exposed;
 use super::scene::pick_camera;
 use super::{ground, interrupt, memory, shutter};
 use crate::light::sampler::Kind;
 use crate::measure::{Stats, Watch};
-use crate::render::{Grid, Integrator, RenderConfig, View, is_part, parts_of, render_part};
+use crate::render::{
+    Backdrop, Grid, Integrator, RenderConfig, View, is_part, parts_of, render_part,
+};
 use std::ops::Range;
 use std::path::Path;
 
@@ -21,7 +23,12 @@ pub fn run(
     samples: Range<u32>,
     mut stats: Stats,
 ) -> Result<(), CliError> {
-    check(&config, args.light.sampler, output, &samples)?;
+    check(
+        &config,
+        args.light.sampler.unwrap_or(config.sampler),
+        output,
+        &samples,
+    )?;
     memory::check_part(&config)?;
     let inputs: Vec<&Path> = args.scene.as_deref().into_iter().collect();
     let outputs = check_destinations(&inputs, &[output.into()], args.common.sinks())?;
@@ -35,14 +42,21 @@ pub fn run(
     let exposure = args.shutter.exposure(&scene, row, how, (0.0, 1.0))?;
     let config = RenderConfig {
         shutter: exposure,
-        ..config
+        ..of_camera(config, &scene, args.common.size)?
     };
-    let mut config = args.light.complete(config, &scene);
+    let mut config = args.light.complete(config, &scene)?;
     let scene = exposed(scene, &config, args.light.ground, named(path))?;
     if !matches!(config.integrator, Integrator::Path | Integrator::Ao) {
         return Err(CliError::Usage(
             "--samples divides pictures of paths, and this one would be direct; ask for \
              --integrator path, or leave out --samples"
+                .into(),
+        ));
+    }
+    if matches!(config.backdrop, Backdrop::Color(_)) {
+        return Err(CliError::Usage(
+            "--samples keeps sums of light, which no colour can be laid under; leave out \
+             --background, or ask for --background transparent"
                 .into(),
         ));
     }

@@ -3,13 +3,13 @@
 use super::args::RenderArgs;
 use super::error::CliError;
 use super::output::{Results, check_destinations, complain, printable_line};
-use super::pipeline::{complete, load, named, warn_of_losses};
+use super::pipeline::{complete, load, named, of_camera, warn_of_losses};
 use super::progress::rate;
 use super::scene::pick_camera;
 use super::{frames, ground, interrupt, memory, part, shutter};
 use crate::io::{LoadError, picture_files};
 use crate::measure::{PictureSize, Stats, Watch};
-use crate::render::{Integrator, RenderConfig, Rendered, View, legend, render_blurred};
+use crate::render::{Integrator, Reached, RenderConfig, Rendered, View, legend, render_blurred};
 use crate::scene::Scene;
 use std::path::{Path, PathBuf};
 
@@ -22,6 +22,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
             width: config.width,
             height: config.height,
             spp: config.spp,
+            mean_spp: None,
         },
         ..Stats::default()
     };
@@ -49,9 +50,11 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     let row = pick_camera(&scene.cameras, config.camera.as_deref())?;
     let how = (config.grid, args.light.integrator.0);
     let shutter = args.shutter.exposure(&scene, row, how, (0.0, 1.0))?;
-    let config = args
-        .light
-        .complete(RenderConfig { shutter, ..config }, &scene);
+    let config = RenderConfig {
+        shutter,
+        ..of_camera(config, &scene, args.common.size)?
+    };
+    let config = args.light.complete(config, &scene)?;
     let scene = exposed(scene, &config, args.light.ground, named(path))?;
     let (scene, config) = match args.light.ground {
         true => ground::stand(scene, named(path), config)?,
@@ -59,10 +62,9 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     };
     warn_of_losses(&scene, &config);
     stats.picture.spp = config.spp;
-    let development = match config.integrator {
-        Integrator::Path => args.development.of_paths(development),
-        _ => development,
-    };
+    (stats.picture.width, stats.picture.height) = (config.width, config.height);
+    memory::check(&config, development.bits, &picture_path)?;
+    let (development, config) = (args.development).complete(development, &picture_path, config);
     let prepared = complete(scene, named(path), &config, &mut watch, &mut stats)?;
     let render = |view: &View| -> Result<Rendered, CliError> {
         let row = prepared.camera_row;
@@ -77,11 +79,12 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     let Rendered {
         picture,
         counts,
-        mean_samples,
+        reached,
         readings,
         ..
     } = prepared.traced((&mut watch, &mut stats), &progress, render)??;
     stats.rays = counts;
+    stats.picture.mean_spp = reached.map(|reached| reached.mean_samples);
     stats.stages.push(watch.stage("render"));
 
     let mut results = Results::default();
@@ -103,7 +106,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
             .join(", "),
         config.width,
         config.height,
-        light_of(&config, mean_samples),
+        light_of(&config, reached),
         stats.rays.total(),
         stats.seconds("render"),
         rate(stats.rays_per_second)
@@ -133,17 +136,29 @@ pub fn exposed(
 }
 
 /// Names the integrator that was chosen, unless it is the plain one.
-fn light_of(config: &RenderConfig, mean_samples: Option<f64>) -> String {
+fn light_of(config: &RenderConfig, reached: Option<Reached>) -> String {
     let name = match config.integrator {
         Integrator::Direct => return String::new(),
         Integrator::Path => "paths",
         Integrator::Ao => "ambient occlusion",
         Integrator::Inspect(_) => return String::new(),
     };
-    match mean_samples {
-        Some(mean) => format!(", {name} of {mean:.1} spp in the mean"),
-        None => format!(", {name} of {} spp", config.spp),
-    }
+    let (Some(reached), Some(adaptive)) = (reached, config.adaptive) else {
+        return format!(", {name} of {} spp", config.spp);
+    };
+    let noise = adaptive.noise;
+    let quality = match reached.noisy {
+        0.0 => format!("noise below {noise}"),
+        noisy => format!(
+            "noise above {noise} in {:.1} % of the picture at --max-spp {}",
+            noisy * 100.0,
+            adaptive.most()
+        ),
+    };
+    format!(
+        ", {name} of {:.1} spp in the mean, {quality}",
+        reached.mean_samples
+    )
 }
 
 /// Returns `-o`, or the scene's name as a PNG, or as a part of a picture, in the current folder.

@@ -44,7 +44,7 @@ pub use mitsuba::{MitsubaError, MitsubaPicture, MitsubaScene, mitsuba_scene};
 pub use native::json_schema;
 pub use parts::{Part, PartHeader};
 pub use polynomials::{KnownRoot, Listed, load_polynomials};
-pub use pov::{PovError, text as pov_text};
+pub use pov::{PovError, text as pov_text, warning as pov_warning};
 pub use rays::{RaySet, TriangleSet};
 pub use shared::folder::Folder;
 pub use shared::import_report::ImportReport;

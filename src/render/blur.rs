@@ -8,7 +8,7 @@
 use super::blur_direct::DirectTile;
 use super::camera::RayGenerator;
 use super::config::{Exposure, RenderConfig, TileOrder};
-use super::paths::{NOTHING_YET, PathPicture, PathTile, TileSums};
+use super::paths::{NOTHING_YET, PathPicture, PathTile};
 use super::pixel_order::{BLOCK, Spot, morton_order};
 use super::progress::Progress;
 use super::slices::Slices;
@@ -251,16 +251,12 @@ impl PathTile<'_> {
         arena: &'b Bump,
         trace: &'b mut TraceScratch,
         counts: &mut RayCounts,
-    ) -> TileSums<'b> {
+    ) -> Sums<'b> {
         let pixels = self.order.len();
         let room = blur.room(&samples, pixels);
         let slots: &mut [Slot] = arena.alloc_slice_fill_copy(room, NOTHING_YET);
         let mut groups = Groups::new(room, blur.slices.len(), arena);
-        let adaptive = self.config.adaptive.is_some();
-        let mut sums = TileSums {
-            all: Sums::new(pixels, arena),
-            even: adaptive.then(|| Sums::new(pixels, arena)),
-        };
+        let mut sums = Sums::new(pixels, arena);
         let mut cache = ShadowCache::new(self.config.shadow_cache);
         let scratch = &mut PathScratch::new(arena, trace, self.picture.kinds());
         // A batch's slots lie together, however far apart its pixels are.
@@ -291,6 +287,12 @@ impl PathTile<'_> {
                     tile.queue_batch(batch, numbers, scratch);
                     let found = &mut batch_slots[..batch.len()];
                     found.fill(NOTHING_YET);
+                    if tile.generator.has_blind_spots() {
+                        found.iter_mut().for_each(|slot| slot[3] = 0.0);
+                        for row in scratch.queued() {
+                            found[*row as usize][3] = 1.0;
+                        }
+                    }
                     let numbers = SampleNumbers::Each(numbers);
                     tracer.run(scratch, numbers, found, &mut cache, statistics);
                     for (slot, of) in found.iter().zip(batch) {
@@ -303,12 +305,8 @@ impl PathTile<'_> {
                     return sums;
                 }
             }
-            for (sample, slots) in samples.zip(slots.chunks(pixels)) {
-                sums.all.add(slots);
-                match &mut sums.even {
-                    Some(even) if sample % 2 == 0 => even.add(slots),
-                    _ => {}
-                }
+            for slots in slots.chunks(pixels).take(samples.len()) {
+                sums.add(slots);
             }
         }
         counts.shadow_cache += cache.counts;
@@ -381,7 +379,6 @@ pub fn sum_picture(
                         Some(blur) => tile.blurred_sums(blur, samples, arena, trace, counts),
                         None => tile.sums(samples, arena, trace, counts),
                     }
-                    .all
                 }
                 (None, Some(blur)) => {
                     let tile = DirectTile {

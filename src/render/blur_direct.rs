@@ -63,6 +63,9 @@ impl DirectTile<'_> {
                         covered: Some(covered),
                     };
                     self.queue_batch(slice, batch, samples.start, scratch);
+                    if slice.generator.has_blind_spots() {
+                        covered_by(scratch, statistics);
+                    }
                     integrator.run(scratch, film, caches, statistics, None);
                     counts.add(&statistics.counts);
                     for (of, ([r, g, b], there)) in batch.iter().zip(film.iter().zip(&*covered)) {
@@ -133,12 +136,19 @@ impl DirectTile<'_> {
             }
             let [[x, y], [dx, dy]] = [at, offset].map(|axes| axes.map(|axis| Doubles::load(&axis)));
             let (across, up) = (slice.generator.across(x, dx), slice.generator.up(y, dy));
-            queue.push_some(
-                (1 << some.len()) - 1,
-                slice.generator.through(across, up),
-                &rows,
-            );
+            let rays = slice.generator.through(across, up);
+            queue.push_some(slice.generator.seeing(&rays.1, some.len()), rays, &rows);
         }
         queue.complete(f32::INFINITY, RayKind::Primary);
+    }
+}
+
+/// Notes that samples without a ray cover nothing.
+fn covered_by(scratch: &mut Scratch, statistics: &mut Statistics) {
+    if let Some(covered) = &mut statistics.covered {
+        covered.fill(0.0);
+        for row in &scratch.camera_rays().pixel {
+            covered[*row as usize] = 1.0;
+        }
     }
 }

@@ -134,13 +134,6 @@ fn white() -> Material {
 /// The slot of a path that has found nothing, and hides nothing.
 pub const NOTHING_YET: Slot = [0.0, 0.0, 0.0, 1.0];
 
-/// Sums of a tile's samples.
-pub struct TileSums<'b> {
-    pub all: Sums<'b>,
-    /// Those of even numbers, for adaptive sampling.
-    pub even: Option<Sums<'b>>,
-}
-
 /// A tile of the picture and what its paths are traced with.
 pub struct PathTile<'a> {
     pub view: &'a View<'a>,
@@ -164,7 +157,7 @@ impl PathTile<'_> {
     ) {
         let sums = self.sums(0..self.picture.samples, arena, trace, counts);
         for (pixel, slot) in slots.iter_mut().enumerate() {
-            *slot = sums.all.mean(pixel);
+            *slot = sums.mean(pixel);
         }
     }
 
@@ -176,15 +169,11 @@ impl PathTile<'_> {
         arena: &'b Bump,
         trace: &'b mut TraceScratch,
         counts: &mut RayCounts,
-    ) -> TileSums<'b> {
+    ) -> Sums<'b> {
         let tracer = self.tracer();
         let pixels = self.order.len();
         let slots = arena.alloc_slice_fill_copy(pixels, [0.0_f32; 4]);
-        let adaptive = self.config.adaptive.is_some();
-        let mut sums = TileSums {
-            all: Sums::new(pixels, arena),
-            even: adaptive.then(|| Sums::new(pixels, arena)),
-        };
+        let mut sums = Sums::new(pixels, arena);
         let mut cache = ShadowCache::new(self.config.shadow_cache);
         let scratch = &mut PathScratch::new(arena, trace, self.picture.kinds());
         for sample in samples {
@@ -198,16 +187,18 @@ impl PathTile<'_> {
             };
             slots.fill(NOTHING_YET);
             self.queue_rays(sample, scratch);
+            if self.generator.has_blind_spots() {
+                slots.iter_mut().for_each(|slot| slot[3] = 0.0);
+                for row in scratch.queued() {
+                    slots[*row as usize][3] = 1.0;
+                }
+            }
             let number = SampleNumbers::One(sample);
             tracer.run(scratch, number, slots, &mut cache, statistics);
             if self.cancel.load(Relaxed) {
                 break;
             }
-            sums.all.add(slots);
-            match &mut sums.even {
-                Some(even) if sample % 2 == 0 => even.add(slots),
-                _ => {}
-            }
+            sums.add(slots);
             counts.add(&statistics.counts);
         }
         counts.shadow_cache += cache.counts;
@@ -258,16 +249,21 @@ impl PathTile<'_> {
         } = self.picture;
         let at = spots.map(|spot| (self.corner.0 + spot.x, self.corner.1 + spot.y));
         let key = at.map(|(x, y)| sampler.key(x, y));
-        let [u, v, _, _] = sampler.pad(Words::load(&key), Words::load(samples), 0);
+        let [u, v, on_lens @ ..] = sampler.pad(Words::load(&key), Words::load(samples), 0);
         let [(dx, wx), (dy, wy)] = [u, v].map(|u: Singles| filter.offset(u));
         let half = Doubles::splat(0.5);
         let place = |of: fn((u32, u32)) -> u32| Doubles::load(&at.map(|p| f64::from(of(p))));
         let across = self.generator.across(place(|p| p.0), half + dx.widen());
         let up = self.generator.up(place(|p| p.1), half + dy.widen());
-        let lanes = (1 << count) - 1;
-        let rays = self.generator.through(across, up);
+        let mut rays = self.generator.through(across, up);
+        if self.generator.has_lens() {
+            rays = self.generator.through_lens(rays, on_lens);
+        }
+        let lanes = self.generator.seeing(&rays.1, count);
         queue.push_some(lanes, rays, rows);
         queue.weigh_some(wx * wy, lanes);
-        keys.extend_from_slice_copy(&key[..count]);
+        for i in (0..count).filter(|i| lanes >> i & 1 != 0) {
+            keys.push(key[i]);
+        }
     }
 }

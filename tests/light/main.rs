@@ -6,6 +6,7 @@ mod blur_bits;
 mod closed_forms;
 mod identity;
 mod inspections;
+mod lenses;
 mod media;
 mod pictures;
 mod sampling;

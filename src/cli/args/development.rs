@@ -3,6 +3,7 @@
 use super::CliError;
 use super::values::{parse_bits, parse_dither, parse_exposure, parse_tone};
 use crate::io::{Bits, Development, Tone};
+use crate::render::{Backdrop, Integrator, RenderConfig};
 use clap::Args;
 use std::path::Path;
 
@@ -28,7 +29,7 @@ pub struct DevelopmentArgs {
 impl DevelopmentArgs {
     /// Replaces what was not asked for where it is paths that the picture was traced by: its
     /// radiance has no upper end, and its gradients are slow.
-    pub fn of_paths(&self, development: Development) -> Development {
+    pub fn of_radiance(&self, development: Development) -> Development {
         Development {
             tone: self.tone.unwrap_or(Tone::Neutral),
             dither: self.dither.unwrap_or(true),
@@ -36,11 +37,39 @@ impl DevelopmentArgs {
         }
     }
 
+    /// Completes the development of a picture whose integrator is known.
+    ///
+    /// A backdrop that was named is laid under the finished picture, which is traced with alpha,
+    /// where a tone curve or an exposure would make another colour of it.
+    pub fn complete(
+        &self,
+        development: Development,
+        path: &Path,
+        config: RenderConfig,
+    ) -> (Development, RenderConfig) {
+        let development = match config.integrator {
+            Integrator::Path => self.of_radiance(development),
+            _ => development,
+        };
+        let shown_as_is = development.tone == Tone::None && development.exposure == 0.0;
+        match config.backdrop {
+            Backdrop::Color(color) if !shown_as_is && !is_exr(path) => (
+                Development {
+                    behind: Some(color),
+                    ..development
+                },
+                RenderConfig {
+                    backdrop: Backdrop::Transparent,
+                    ..config
+                },
+            ),
+            _ => (development, config),
+        }
+    }
+
     /// Returns the development of the picture `path`; refuses options that it would not heed.
     pub fn checked(&self, path: &Path) -> Result<Development, CliError> {
-        let is_exr = path
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+        let is_exr = is_exr(path);
         let given = [
             ("--tone", self.tone.is_some()),
             ("--exposure", self.exposure.is_some()),
@@ -58,6 +87,12 @@ impl DevelopmentArgs {
             exposure: self.exposure.unwrap_or(default.exposure),
             dither: self.dither.unwrap_or(default.dither),
             bits: self.bits.unwrap_or(default.bits),
+            behind: None,
         })
     }
+}
+
+fn is_exr(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("exr"))
 }

@@ -9,7 +9,7 @@ mod light;
 mod shutter;
 mod values;
 
-pub use light::needed_integrator;
+pub use light::{has_lens, needed_integrator};
 pub use values::Size;
 
 use super::error::CliError;

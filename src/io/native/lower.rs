@@ -4,8 +4,10 @@
 //! Nothing here recurses, and names are looked up in hash maps: a chain of a
 //! million nodes is as good as any other file.
 
-use super::lower_looks::{camera, environment, light, material};
+use super::lower_camera::camera;
+use super::lower_looks::{environment, light, material};
 use super::schema::{self, Named, Triple};
+use super::schema_camera::Cameras;
 use super::source_spans::At;
 use super::tree::{Source, nearest, quoted};
 use super::{lower_csg, lower_shape, lower_shutter, rotate};
@@ -66,8 +68,9 @@ pub(super) fn lower(
     if let Some(row) = &file.environment {
         environment(source, row, (options, report), scene)?;
     }
-    if let Some(row) = file.camera {
-        let id = scene.camera("", camera(source, &row)?);
+    let Cameras(Named(rows)) = file.camera.unwrap_or_default();
+    for (name, row) in &rows {
+        let id = scene.camera(&name.value, camera(source, row)?);
         if let Some(motion) = &row.value.motion {
             scene.move_camera(id, &lower_shutter::camera_keys(source, &row.value, motion)?);
         }

@@ -1,7 +1,7 @@
 //! From the typed file to how a camera moves, and when it takes light.
 
 use super::lower::{Result, not_zero};
-use super::schema::{self, Camera};
+use super::schema_camera::{self as schema, Camera};
 use super::source_spans::At;
 use super::tree::Source;
 use crate::scene::{CameraKey, Shutter, ShutterShape};
@@ -18,14 +18,19 @@ pub(super) fn camera_keys(
                        leave it out";
         return Err(source.error(motion.at, message));
     }
+    let (Some(eye), Some(look_at)) = (&camera.eye, camera.look_at) else {
+        let message =
+            "motion goes from eye and look_at, and the camera has a pose; give it the two";
+        return Err(source.error(motion.at, message));
+    };
     let up = camera
         .up
         .as_ref()
         .map_or(DVec3::Y, |up| DVec3::from_array(up.value));
     let mut keys = vec![CameraKey {
         at: 0.0,
-        eye: DVec3::from_array(camera.eye.value),
-        look_at: DVec3::from_array(camera.look_at),
+        eye: DVec3::from_array(eye.value),
+        look_at: DVec3::from_array(look_at),
         up,
     }];
     for row in &motion.value {

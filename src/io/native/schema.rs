@@ -7,6 +7,7 @@
 //! exactly one is given. Polynomial surfaces are in
 //! [`schema_polynomial`](super::schema_polynomial).
 
+use super::schema_camera::Cameras;
 use super::schema_polynomial::{Clip, Coefficients, Parameter, Superquadric, Torus};
 use super::source_spans::At;
 use crate::roots::Solver;
@@ -35,8 +36,8 @@ pub struct File {
     pub background: Option<At<Color>>,
     /// Radiance from all directions, by a picture.
     pub environment: Option<At<Environment>>,
-    /// Without a camera the scene gets a view that frames it.
-    pub camera: Option<At<Camera>>,
+    /// One camera, or cameras by name. Without any the scene gets a view that frames it.
+    pub camera: Option<Cameras>,
     /// Without lights the scene gets a headlight.
     pub light: Option<Vec<At<Light>>>,
     /// Materials by name.
@@ -81,69 +82,6 @@ pub struct Sky {
     pub turbidity: Option<f64>,
     /// The colour of the ground below the horizon; 0.3 grey if absent.
     pub ground: Option<Color>,
-}
-
-/// Where the picture is taken from: perspective with `fov_y`, parallel with
-/// `orthographic`; exactly one of the two.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Camera {
-    /// The point that is looked from.
-    pub eye: At<Triple>,
-    /// The point in the middle of the picture.
-    pub look_at: Triple,
-    /// Which way is up in the picture; +y if absent.
-    pub up: Option<At<Triple>>,
-    /// Degrees from the picture's bottom to its top, between 0 and 180.
-    pub fov_y: Option<At<f64>>,
-    /// Height of the picture in world units, greater than 0.
-    pub orthographic: Option<At<f64>>,
-    /// Where it is at later times of a sequence of frames, at least one key.
-    pub motion: Option<At<Vec<At<CameraKey>>>>,
-    /// When it takes light; for an instant if absent, and nothing blurs.
-    pub shutter: Option<At<Shutter>>,
-}
-
-/// Where a camera is at a time. Between keys all three go straight.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct CameraKey {
-    /// Above 0 and the key before, at most 1.
-    pub at: At<f64>,
-    /// That of the key before if absent.
-    pub eye: Option<Triple>,
-    /// That of the key before if absent.
-    pub look_at: Option<Triple>,
-    /// That of the key before if absent; not 0.
-    pub up: Option<At<Triple>>,
-}
-
-/// When a camera takes light: between two times about that of the frame. The unit is the time
-/// from one frame to the next; of a single picture the whole motion.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Shutter {
-    /// 0 is the frame's own time, negative is before it; 0 if absent.
-    pub open: Option<f64>,
-    /// Above `open`.
-    pub close: f64,
-    /// `box` if absent.
-    pub shape: Option<ShutterShape>,
-    /// Of a trapezoid: the share of the time in which it opens, from 0 to 1; 0.25 if absent.
-    pub rise: Option<f64>,
-    /// Of a trapezoid: the share of the time in which it closes; 0.25 if absent. `rise` and
-    /// `fall` add up to 1 at most.
-    pub fall: Option<f64>,
-}
-
-/// How much light a shutter lets in between its times.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum ShutterShape {
-    /// All light all the time.
-    Box,
-    /// It opens evenly and closes evenly.
-    Trapezoid,
 }
 
 /// A light; exactly one kind.

@@ -39,14 +39,16 @@
 
 // Scenes: from a file, or built.
 pub use lanecast_io::{LoadError, LoadOptions, Loaded, load};
-pub use lanecast_model::scene::{Camera, Edge, Light, Material, MeshData, Scene, SceneBuilder};
+pub use lanecast_model::scene::{
+    Camera, Edge, Light, Material, MeshData, Scene, SceneBuilder, ShutterShape,
+};
 // Tracing.
 pub use lanecast_engine::trace::{End, Span, Spans};
 pub use lanecast_model::plan::{Choices, Precision};
 pub use tracer::{Error, Hit, Hits, RayBatch, Solids, Tracer, TracerOptions};
 // Pictures.
 pub use lanecast_io::{AovSet, Bits, Development, Picture, Tone};
-pub use render::{Backdrop, FinishedTile, Progress, RenderConfig};
+pub use render::{Backdrop, Exposure, FinishedTile, Progress, RenderConfig};
 // Vectors.
 pub use glam::DVec3;
 

@@ -33,7 +33,9 @@ impl From<RenderError> for CliError {
         match error {
             RenderError::Interrupted => CliError::Interrupted,
             RenderError::Memory { .. } => CliError::Memory(error.to_string()),
-            RenderError::NoPaths => CliError::Usage(error.to_string()),
+            RenderError::NoPaths | RenderError::MovingLights { .. } => {
+                CliError::Usage(error.to_string())
+            }
         }
     }
 }

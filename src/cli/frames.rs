@@ -11,13 +11,14 @@ use super::error::CliError;
 use super::output::{Results, check_destinations, printable_line};
 use super::pipeline::{Prepared, complete, load, named, of_camera, structure, warn_of_losses};
 use super::progress::{Drawing, rate};
-use super::{ground, interrupt};
+use super::scene::pick_camera;
+use super::{ground, interrupt, shutter};
 use crate::accel::{KeptTrees, RefitOutcome, WORST_REFIT, World};
 use crate::io::{AovSet, Development, LoadError, picture_files};
 use crate::measure::{FrameStats, Stats, Watch};
 use crate::plan::places_meshes;
-use crate::render::{FrameMemory, RenderConfig, View, render_after};
-use crate::scene::Instances;
+use crate::render::{FrameMemory, RenderConfig, Rendered, View, render_after, render_blurred};
+use crate::scene::{Instances, Scene};
 use crate::trace::Reuse;
 use std::path::{Path, PathBuf};
 
@@ -41,7 +42,14 @@ pub fn run(
     let options = args.common.load_options(outputs);
     let scene = args.scene.as_deref();
     let loaded = load(scene, &options, &mut watch, &mut stats)?;
-    let config = of_camera(config.clone(), &loaded, args.common.size)?;
+    let row = pick_camera(&loaded.cameras, config.camera.as_deref())?;
+    let how = (config.grid, args.light.integrator.0);
+    let step = 1.0 / f64::from(frames.saturating_sub(1).max(1));
+    let exposure = |scene: &Scene, time| args.shutter.exposure(scene, row, how, (time, step));
+    let config = RenderConfig {
+        shutter: exposure(&loaded, 0.0)?,
+        ..of_camera(config.clone(), &loaded, args.common.size)?
+    };
     let config = args.light.complete(config, &loaded)?;
     if args.light.ground && loaded.moves() {
         return Err(CliError::Usage(
@@ -64,6 +72,7 @@ pub fn run(
     let Prepared {
         mut scene,
         camera,
+        camera_row,
         plan,
         build,
         pool,
@@ -80,7 +89,12 @@ pub fn run(
         let first = stats.stages.len();
         let time = time(number as u32, frames);
         let of_scene = |source| LoadError::of_scene(&name, source);
-        scene = scene.at(time).map_err(of_scene)?;
+        let shutter = match config.shutter {
+            Some(_) => exposure(&scene, time)?,
+            None => None,
+        };
+        let middle = shutter.map_or(time, |exposure| exposure.middle());
+        scene = scene.at(middle).map_err(of_scene)?;
         let instances = Instances::of(&scene).map_err(of_scene)?;
         stats.stages.push(watch.stage("place"));
         let (world, outcome) = pool.install(|| match kept.take() {
@@ -98,15 +112,25 @@ pub fn run(
         let view = View {
             world: &world,
             kernels: plan.kernels,
-            camera,
+            camera: camera_row.map_or(camera, |row| scene.cameras.rows[row]),
             lights: &scene.lights,
         };
         let config = &RenderConfig {
             frame: number as u32,
+            shutter,
             ..config.clone()
         };
+        let asked = args.shutter.shutter_slices;
         let drawing = Drawing::start(&progress);
-        let rendered = pool.install(|| render_after(&view, config, &mut memory, &progress));
+        let render = || -> Result<Rendered, CliError> {
+            Ok(
+                match shutter::slices(&view, camera_row, config, asked, &name)? {
+                    Some(slices) => render_blurred(&view, &slices, config, &progress, &|_| ())?,
+                    None => render_after(&view, config, &mut memory, &progress)?,
+                },
+            )
+        };
+        let rendered = pool.install(render);
         drop(drawing);
         let rendered = rendered?;
         stats.rays.add(&rendered.counts);

@@ -29,6 +29,7 @@ mod progress;
 mod render;
 mod roots;
 mod scene;
+mod shutter;
 mod verify;
 
 #[cfg(unix)]

@@ -5,7 +5,9 @@ use super::error::CliError;
 use super::output::{Results, check_destinations, printable_line};
 use super::pipeline::{complete, load, named, of_camera};
 use super::progress::rate;
-use super::{ground, interrupt, memory};
+use super::render::exposed;
+use super::scene::pick_camera;
+use super::{ground, interrupt, memory, shutter};
 use crate::light::sampler::Kind;
 use crate::measure::{Stats, Watch};
 use crate::render::{
@@ -35,9 +37,15 @@ pub fn run(
     let path = args.scene.as_deref();
     let options = args.common.load_options(outputs);
     let scene = load(path, &options, &mut watch, &mut stats)?;
-    let mut config = args
-        .light
-        .complete(of_camera(config, &scene, args.common.size)?, &scene)?;
+    let row = pick_camera(&scene.cameras, config.camera.as_deref())?;
+    let how = (config.grid, args.light.integrator.0);
+    let exposure = args.shutter.exposure(&scene, row, how, (0.0, 1.0))?;
+    let config = RenderConfig {
+        shutter: exposure,
+        ..of_camera(config, &scene, args.common.size)?
+    };
+    let mut config = args.light.complete(config, &scene)?;
+    let scene = exposed(scene, &config, args.light.ground, named(path))?;
     if !matches!(config.integrator, Integrator::Path | Integrator::Ao) {
         return Err(CliError::Usage(
             "--samples divides pictures of paths, and this one would be direct; ask for \
@@ -59,7 +67,13 @@ pub fn run(
     };
     stats.picture.spp = samples.end - samples.start;
     let prepared = complete(scene, named(path), &config, &mut watch, &mut stats)?;
-    let render = |view: &View| render_part(view, &config, samples.clone(), &progress);
+    let render = |view: &View| -> Result<_, CliError> {
+        let row = prepared.camera_row;
+        let asked = args.shutter.shutter_slices;
+        let slices = shutter::slices(view, row, &config, asked, named(path))?;
+        let view = (view, slices.as_ref());
+        Ok(render_part(view, &config, samples.clone(), &progress)?)
+    };
     let (part, counts) = prepared.traced((&mut watch, &mut stats), &progress, render)??;
     stats.rays = counts;
     stats.stages.push(watch.stage("render"));

@@ -23,6 +23,8 @@ pub struct Prepared {
     pub scene: Scene,
     pub instances: Instances,
     pub camera: Camera,
+    /// The camera's row of the scene's table, unless it was made.
+    pub camera_row: Option<usize>,
     pub plan: Plan,
     pub build: BuildQuality,
     pub kd: KdQuality,
@@ -143,6 +145,7 @@ pub fn complete(
         scene,
         instances,
         camera,
+        camera_row: row,
         plan,
         build: config.build,
         kd: config.kd,

@@ -13,7 +13,7 @@ use super::scene::pick_camera;
 use crate::accel::{TlasEntry, World};
 use crate::measure::{InstanceNames, Stats, Watch};
 use crate::plan::{remarks, searched, solved, spindle, stacked, unbounded};
-use crate::render::RenderConfig;
+use crate::render::{Exposure, RenderConfig, Slices};
 use crate::scene::{Shape, ShapeId, Tables, shape_bounds};
 use light::Light;
 use serde::Serialize;
@@ -146,6 +146,11 @@ fn report(prepared: &Prepared, world: &World, light: Light) -> Report {
     notes.extend(stacked(scene));
     notes.extend(without_world_bounds(world));
     let reasons = prepared.plan.reasons.iter();
+    let choices = reasons.map(|(what, choice, why)| Choice {
+        what,
+        choice: choice.clone(),
+        why: why.clone(),
+    });
     Report {
         instances: prepared.instances.count(),
         instance_names: InstanceNames::of(&prepared.scene, &prepared.instances),
@@ -155,18 +160,43 @@ fn report(prepared: &Prepared, world: &World, light: Light) -> Report {
         materials: scene.materials.len(),
         csg_solids,
         remarks: notes,
-        choices: reasons
-            .map(|(what, choice, why)| Choice {
-                what,
-                choice: choice.clone(),
-                why: why.clone(),
-            })
-            .collect(),
+        choices: choices.chain([motion(prepared, world)]).collect(),
         light,
         tables: scene.bytes().into_iter().collect(),
         trees: world.bytes().into_iter().collect(),
         top_tree_sah: world.accelerator.tlas_figures().sah,
     }
+}
+
+/// Tells of how many worlds pictures are made.
+fn motion(prepared: &Prepared, world: &World) -> Choice {
+    let scene = &prepared.scene;
+    let choice = |choice: String, why: String| Choice {
+        what: "motion",
+        choice,
+        why,
+    };
+    if !scene.moves() {
+        return choice("one world".into(), "nothing moves".into());
+    }
+    let transforms = scene.transforms.motions.of.len();
+    let moving = match scene.cameras.motions.is_empty() {
+        true => format!("{transforms} transforms move"),
+        false => format!("{transforms} transforms and the camera move"),
+    };
+    let row = prepared.camera_row;
+    if row.and_then(|row| scene.cameras.shutter(row)).is_none() {
+        let why = format!("{moving}, and the camera has no shutter");
+        return choice("a world a frame".into(), why);
+    }
+    let slices = Exposure::SLICES.min(Slices::most(world));
+    choice(
+        format!("{slices} worlds"),
+        format!(
+            "{moving} while the shutter is open; {} bytes of each are its own",
+            world.bytes_of_a_time()
+        ),
+    )
 }
 
 /// Maximum number of lines shown of a long list.

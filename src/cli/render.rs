@@ -5,10 +5,12 @@ use super::error::CliError;
 use super::output::{Results, check_destinations, complain, printable_line};
 use super::pipeline::{complete, load, named, of_camera, warn_of_losses};
 use super::progress::rate;
-use super::{frames, ground, interrupt, memory, part};
-use crate::io::picture_files;
+use super::scene::pick_camera;
+use super::{frames, ground, interrupt, memory, part, shutter};
+use crate::io::{LoadError, picture_files};
 use crate::measure::{PictureSize, Stats, Watch};
-use crate::render::{Integrator, Reached, RenderConfig, Rendered, View, legend};
+use crate::render::{Integrator, Reached, RenderConfig, Rendered, View, legend, render_blurred};
+use crate::scene::Scene;
 use std::path::{Path, PathBuf};
 
 pub fn run(args: &RenderArgs) -> Result<(), CliError> {
@@ -45,9 +47,15 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     let path = args.scene.as_deref();
     let options = args.common.load_options(outputs);
     let scene = load(path, &options, &mut watch, &mut stats)?;
-    let config = args
-        .light
-        .complete(of_camera(config, &scene, args.common.size)?, &scene)?;
+    let row = pick_camera(&scene.cameras, config.camera.as_deref())?;
+    let how = (config.grid, args.light.integrator.0);
+    let shutter = args.shutter.exposure(&scene, row, how, (0.0, 1.0))?;
+    let config = RenderConfig {
+        shutter,
+        ..of_camera(config, &scene, args.common.size)?
+    };
+    let config = args.light.complete(config, &scene)?;
+    let scene = exposed(scene, &config, args.light.ground, named(path))?;
     let (scene, config) = match args.light.ground {
         true => ground::stand(scene, named(path), config)?,
         false => (scene, config),
@@ -58,7 +66,16 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     memory::check(&config, development.bits, &picture_path)?;
     let (development, config) = (args.development).complete(development, &picture_path, config);
     let prepared = complete(scene, named(path), &config, &mut watch, &mut stats)?;
-    let render = |view: &View| crate::render::render(view, &config, false, &progress);
+    let render = |view: &View| -> Result<Rendered, CliError> {
+        let row = prepared.camera_row;
+        let asked = args.shutter.shutter_slices;
+        Ok(
+            match shutter::slices(view, row, &config, asked, named(path))? {
+                Some(slices) => render_blurred(view, &slices, &config, &progress, &|_| ())?,
+                None => crate::render::render(view, &config, false, &progress)?,
+            },
+        )
+    };
     let Rendered {
         picture,
         counts,
@@ -95,6 +112,28 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
         stats.seconds("render"),
         rate(stats.rays_per_second)
     ))
+}
+
+/// Returns the scene in the middle of its exposure, if it has one. Refuses a ground under what
+/// moves.
+pub fn exposed(
+    scene: Scene,
+    config: &RenderConfig,
+    ground: bool,
+    path: &Path,
+) -> Result<Scene, CliError> {
+    let Some(exposure) = &config.shutter else {
+        return Ok(scene);
+    };
+    if ground {
+        return Err(CliError::Usage(
+            "--ground lies under things as they stand, and with a shutter they move; leave it \
+             out, or ask for --shutter 0"
+                .into(),
+        ));
+    }
+    let there = scene.at(exposure.middle());
+    Ok(there.map_err(|source| LoadError::of_scene(path, source))?)
 }
 
 /// Names the integrator that was chosen, unless it is the plain one.

@@ -10,6 +10,7 @@
 //! is as well spread as the whole is, whereas every second sample is spread by chance and would
 //! show the noise of independent samples, several times the picture's own.
 
+use super::blur::Blur;
 use super::camera::RayGenerator;
 use super::config::RenderConfig;
 use super::paths::{PathPicture, PathTile};
@@ -69,6 +70,22 @@ pub struct Reached {
 }
 
 impl AdaptiveFilm {
+    /// Makes the film of pixels that have collected one number of samples, row by row.
+    pub fn of_sums(sums: &[[f64; 4]], count: u32, width: u32, counts: RayCounts) -> AdaptiveFilm {
+        let pixel = |sum: &[f64; 4]| Pixel {
+            sum: *sum,
+            half: [0.0; 4],
+            count,
+        };
+        AdaptiveFilm {
+            pixels: sums.iter().map(pixel).collect(),
+            width,
+            height: sums.len() as u32 / width,
+            noisy: 0,
+            counts,
+        }
+    }
+
     /// Returns the mean of a pixel's samples.
     pub fn mean(&self, (x, y): (u32, u32)) -> Slot {
         let pixel = &self.pixels[(y * self.width + x) as usize];
@@ -101,11 +118,11 @@ impl AdaptiveFilm {
 pub fn render_adaptively(
     view: &View,
     (config, adaptive): (&RenderConfig, &Adaptive),
-    picture: &PathPicture,
-    generator: &RayGenerator,
+    (picture, blur): (&PathPicture, Option<&Blur>),
     progress: &Progress,
 ) -> AdaptiveFilm {
     let (width, height) = (config.width, config.height);
+    let generator = &RayGenerator::new(view.camera, width, height, config.grid);
     let (columns, rows) = (width.div_ceil(BLOCK), height.div_ceil(BLOCK));
     let mut film = AdaptiveFilm {
         pixels: vec![Pixel::default(); width as usize * height as usize],
@@ -144,7 +161,13 @@ pub fn render_adaptively(
                     let place =
                         |spot: &Spot| ((corner.1 + spot.y) * width + corner.0 + spot.x) as usize;
                     let Worker { arena, trace } = &mut *worker;
-                    let sums = tile.sums(range.clone(), arena, trace, &mut own);
+                    let range = range.clone();
+                    let sums = match blur {
+                        Some(blur) => {
+                            tile.blurred_sums(blur, range.clone(), arena, trace, &mut own)
+                        }
+                        None => tile.sums(range.clone(), arena, trace, &mut own),
+                    };
                     let pixels = order.iter().map(|spot| {
                         let row = spot.row as usize;
                         let pixel = Pixel {

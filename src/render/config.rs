@@ -12,7 +12,7 @@ use crate::light::filter::Kind as FilterKind;
 use crate::light::sampler::Kind as SamplerKind;
 use crate::plan::Choices;
 use crate::roots::Solver;
-use crate::scene::Rgb;
+use crate::scene::{Rgb, Shutter, ShutterShape};
 use crate::shade::path::Ground;
 use crate::trace::Caching;
 
@@ -60,6 +60,54 @@ pub struct RenderConfig {
     /// What camera rays that meet nothing show.
     pub backdrop: Backdrop,
     pub tiles: TileOrder,
+    /// When light is taken, if not at the scene's own time alone. [`super::Slices`] are made
+    /// of it.
+    pub shutter: Option<Exposure>,
+}
+
+/// The shutter of a picture: an interval of the scene's time, in slices of equal length. A path's
+/// time is rounded to the middle of its slice.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Exposure {
+    /// Times of the scene's motion, which is from 0 to 1; before and after it nothing moves.
+    pub open: f64,
+    pub close: f64,
+    pub shape: ShutterShape,
+    /// At least 1.
+    pub slices: u32,
+}
+
+impl Exposure {
+    /// The number of slices unless another is asked for.
+    pub const SLICES: u32 = 256;
+
+    /// Returns the exposure of a frame at a time of the motion, whose next is `step` later.
+    pub fn of_frame(shutter: &Shutter, time: f64, step: f64, slices: u32) -> Exposure {
+        Exposure {
+            open: time + shutter.open * step,
+            close: time + shutter.close * step,
+            shape: shutter.shape,
+            slices,
+        }
+    }
+
+    /// Returns the middle of a slice's time.
+    pub fn time(&self, slice: u32) -> f64 {
+        let share = (f64::from(slice) + 0.5) / f64::from(self.slices);
+        self.open * (1.0 - share) + self.close * share
+    }
+
+    /// Returns the time in the middle of the shutter's, of which the outputs beside the colour
+    /// are.
+    pub fn middle(&self) -> f64 {
+        0.5 * (self.open + self.close)
+    }
+
+    /// Returns the slice of a random number from [0, 1).
+    pub fn slice(&self, u: f32) -> u32 {
+        let place = self.shape.place(f64::from(u)) * f64::from(self.slices);
+        (place as u32).min(self.slices - 1)
+    }
 }
 
 impl RenderConfig {
@@ -107,6 +155,7 @@ impl Default for RenderConfig {
             ground: None,
             backdrop: Backdrop::default(),
             tiles: TileOrder::default(),
+            shutter: None,
         }
     }
 }
@@ -123,6 +172,13 @@ pub enum Integrator {
     Ao,
     /// No light, but what a ray through the pixel's centre meets or costs.
     Inspect(Inspection),
+}
+
+impl Integrator {
+    /// Says whether pictures show light.
+    pub fn shows_light(self) -> bool {
+        !matches!(self, Integrator::Inspect(_))
+    }
 }
 
 /// What a picture without light shows.

@@ -23,7 +23,8 @@ use crate::light::sampling::cosine_hemisphere;
 use crate::shade::RayCounts;
 use crate::shade::Statistics;
 use crate::shade::path::{
-    CacheUse, Irradiance, IrradianceRecord, Missed, PathScratch, PathTracer, Slot, UseMode,
+    CacheUse, Irradiance, IrradianceRecord, Missed, PathScratch, PathTracer, SampleNumbers, Slot,
+    UseMode,
 };
 use crate::trace::{RayKind, ScratchPool, ShadowCache};
 use glam::DVec3;
@@ -191,8 +192,13 @@ impl Filler<'_> {
                 tile.queue_rays(0, &mut scratch);
                 let slots = &mut vec![Slot::default(); order.len()];
                 let cache = &mut ShadowCache::new(self.config.shadow_cache);
-                tile.tracer()
-                    .run(&mut scratch, 0, slots, cache, &mut statistics());
+                tile.tracer().run(
+                    &mut scratch,
+                    SampleNumbers::One(0),
+                    slots,
+                    cache,
+                    &mut statistics(),
+                );
                 let missed = scratch.take_missed();
                 drop(scratch);
                 arena.reset();
@@ -284,7 +290,7 @@ impl Filler<'_> {
                 let tracer = if is_gathering { &tracer } else { &horizon };
                 tracer.run(
                     &mut scratch,
-                    sample & 0xffff,
+                    SampleNumbers::One(sample & 0xffff),
                     slots,
                     cache,
                     &mut statistics(),

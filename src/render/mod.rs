@@ -1,6 +1,8 @@
 //! Renders a scene to a picture: camera rays, samples, tiles, film.
 
 mod adaptive;
+mod blur;
+mod blur_direct;
 mod camera;
 mod config;
 mod film;
@@ -15,6 +17,7 @@ mod paths;
 mod pixel_order;
 mod progress;
 mod sampler;
+mod slices;
 mod sums;
 mod tile;
 
@@ -22,7 +25,7 @@ pub use crate::io::{AovSet, Picture};
 pub use crate::shade::path::Ground;
 pub use adaptive::{Adaptive, Reached};
 pub use camera::RayGenerator;
-pub use config::{Backdrop, Cost, Grid, Inspection, Integrator, RenderConfig, TileOrder};
+pub use config::{Backdrop, Cost, Exposure, Grid, Inspection, Integrator, RenderConfig, TileOrder};
 pub use film::bytes as picture_bytes;
 pub use frames::FrameMemory;
 pub use ground::ground_albedo;
@@ -34,4 +37,7 @@ pub(crate) use pixel_order::{BLOCK, every_second_bit};
 pub use progress::Progress;
 pub use sampler::sample_position;
 pub(crate) use sampler::{mix, unit};
-pub use tile::{FinishedTile, RenderError, Rendered, View, render, render_after, render_with};
+pub use slices::{Slice, SliceError, Slices};
+pub use tile::{
+    FinishedTile, RenderError, Rendered, View, render, render_after, render_blurred, render_with,
+};

@@ -1,23 +1,22 @@
 //! Parts of a picture: a range of each pixel's samples, whose sums add up to those of the
 //! whole, bit by bit.
 
+use super::blur::{Blur, sum_picture};
 use super::camera::RayGenerator;
 use super::config::{Backdrop, Integrator, RenderConfig};
 use super::film::blank;
-use super::paths::{PathPicture, PathTile};
-use super::pixel_order::{BLOCK, Spot, morton_order};
+use super::paths::PathPicture;
+use super::pixel_order::BLOCK;
 use super::progress::Progress;
+use super::slices::Slices;
 use super::sums::plus;
-use super::tile::{RenderError, View, Worker, color_of};
+use super::tile::{RenderError, View, color_of};
 use super::{AovSet, Picture};
 use crate::io::{Part, PartHeader};
 use crate::plan::Precision;
 use crate::shade::RayCounts;
-use crate::trace::ScratchPool;
-use rayon::prelude::*;
 use std::fmt::Write;
 use std::ops::Range;
-use std::sync::Mutex;
 
 /// Says whether a range of samples is a term of the sums by halves: 2^k samples from a multiple
 /// of 2^k on.
@@ -45,64 +44,27 @@ pub fn parts_of(samples: Range<u32>) -> Vec<Range<u32>> {
 
 /// Renders a range of the samples of every pixel, which [`is_part`] holds of.
 pub fn render_part(
-    view: &View,
+    (view, slices): (&View, Option<&Slices>),
     config: &RenderConfig,
     samples: Range<u32>,
     progress: &Progress,
 ) -> Result<(Part, RayCounts), RenderError> {
     let (width, height) = (config.width, config.height);
-    let memory = RenderError::Memory { width, height };
-    let mut sums = Vec::new();
-    let pixels = width as usize * height as usize;
-    sums.try_reserve_exact(pixels).map_err(|_| memory)?;
-    sums.resize(pixels, [0.0; 4]);
     let picture = PathPicture::new(view, config).ok_or(RenderError::NoPaths)?;
     let generator = RayGenerator::new(view.camera, width, height, config.grid);
-    let picture = picture.cached(view, config, &generator, progress);
-    let (columns, rows) = (width.div_ceil(BLOCK), height.div_ceil(BLOCK));
-    progress.start(columns * rows);
-    let workers = ScratchPool::<Worker>::default();
-    let done = Mutex::new((sums, RayCounts::default()));
-    let one = |number: u32| {
-        if progress.is_cancelled() {
-            return;
-        }
-        let corner = (number % columns * BLOCK, number / columns * BLOCK);
-        let size = (BLOCK.min(width - corner.0), BLOCK.min(height - corner.1));
-        let order = morton_order(size);
-        let tile = PathTile {
-            view,
-            config,
-            picture: &picture,
-            generator: &generator,
-            corner,
-            order: &order,
-            cancel: &progress.cancel,
-        };
-        let place = |spot: &Spot| ((corner.1 + spot.y) * width + corner.0 + spot.x) as usize;
-        workers.with(|worker| {
-            let Worker { arena, trace } = &mut *worker;
-            let mut counts = RayCounts::default();
-            let tile = tile.sums(samples.clone(), arena, trace, &mut counts);
-            let mut done = done.lock().unwrap_or_else(|e| e.into_inner());
-            for spot in &order {
-                done.0[place(spot)] = tile.of(spot.row as usize);
-            }
-            done.1.add(&counts);
-            drop(done);
-            drop(tile);
-            worker.arena.reset();
-            progress.add_tile(counts.total());
-        });
+    let picture = match slices {
+        None => picture.cached(view, config, &generator, progress),
+        Some(_) => picture,
     };
-    (0..columns * rows)
-        .into_par_iter()
-        .with_max_len(1)
-        .for_each(one);
-    if progress.is_cancelled() {
-        return Err(RenderError::Interrupted);
-    }
-    let (sums, counts) = done.into_inner().unwrap_or_else(|e| e.into_inner());
+    let blur = slices.map(|slices| Blur::new(view, slices, config, Some(&picture)));
+    let blur = blur.transpose()?;
+    let side = match &blur {
+        Some(blur) => blur.side(samples.len() as u32, config.tiles),
+        None => BLOCK,
+    };
+    progress.start(width.div_ceil(side) * height.div_ceil(side));
+    let pictures = (Some(&picture), blur.as_ref());
+    let (sums, counts) = sum_picture((view, config), pictures, &samples, side, progress)?;
     let flags = [
         config.backdrop == Backdrop::Transparent,
         config.integrator == Integrator::Path,
@@ -148,6 +110,9 @@ fn picture_key(view: &View, config: &RenderConfig) -> u128 {
         config.ground,
         config.caching,
     );
+    if let Some(shutter) = &config.shutter {
+        let _ = write!(key, " {shutter:?}");
+    }
     key.0
 }
 

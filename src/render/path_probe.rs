@@ -8,7 +8,7 @@ use super::pixel_order::{Spot, morton_order};
 use super::progress::Progress;
 use super::tile::{View, Worker};
 use crate::scene::Rgb;
-use crate::shade::path::{PathScratch, PathVertex, Seen};
+use crate::shade::path::{PathScratch, PathVertex, SampleNumbers, Seen};
 use crate::shade::{RayCounts, Statistics};
 use crate::trace::{ScratchPool, ShadowCache};
 
@@ -118,7 +118,8 @@ impl<'a> PathProbe<'a> {
             };
             tile.queue_rays(sample, &mut scratch);
             let tracer = tile.tracer();
-            tracer.run(&mut scratch, sample, &mut slots, cache, statistics);
+            let number = SampleNumbers::One(sample);
+            tracer.run(&mut scratch, number, &mut slots, cache, statistics);
             let vertices = scratch.take_record();
             drop(scratch);
             arena.reset();

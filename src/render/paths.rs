@@ -8,18 +8,23 @@ use super::irradiance::use_of;
 use super::pixel_order::Spot;
 use super::sums::Sums;
 use super::tile::View;
+use crate::accel::World;
 use crate::light::filter::Filter;
 use crate::light::sampler::Sampler;
 use crate::math::lanes::{Lanes, Words};
 use crate::plan::Kernels;
 use crate::scene::{Material, Model, Rgb, studio};
 use crate::shade::path::{
-    Irradiance, Luminaires, Materials, MediaField, PathScratch, PathTracer, Seen, Slot, UseMode,
+    Irradiance, Luminaires, Materials, MediaField, PathScratch, PathTracer, SampleNumbers, Seen,
+    Slot, UseMode,
 };
-use crate::shade::{Doubles, RayCounts, STEP, Singles, Statistics};
+use crate::shade::{Doubles, RayCounts, RayQueue, STEP, Singles, Statistics};
 use crate::trace::{RayKind, ShadowCache, TraceScratch};
 use bumpalo::Bump;
+use bumpalo::collections::Vec as ArenaVec;
+use glam::DVec3;
 use std::ops::Range;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// What stands behind things in the studio: a light grey.
@@ -27,10 +32,10 @@ pub const STUDIO_BACKDROP: Rgb = [0.72; 3];
 
 /// What all tiles of a path-traced picture share.
 pub struct PathPicture {
-    luminaires: Luminaires,
-    materials: Materials,
+    luminaires: Arc<Luminaires>,
+    materials: Arc<Materials>,
     pub(super) sampler: Sampler,
-    filter: Filter,
+    filter: Arc<Filter>,
     pub(super) media: MediaField,
     pub(super) max_depth: u32,
     pub(super) samples: u32,
@@ -85,17 +90,41 @@ impl PathPicture {
             Backdrop::Auto => Seen::Sky,
         };
         Some(PathPicture {
-            luminaires,
             cache: None,
+            luminaires: Arc::new(luminaires),
             smooth: !scene.meshes.normals.is_empty(),
             backdrop,
             media,
-            materials,
+            materials: Arc::new(materials),
             sampler: Sampler::new(config.sampler, config.seed, config.frame, samples),
-            filter: Filter::new(config.filter),
+            filter: Arc::new(Filter::new(config.filter)),
             max_depth,
             samples,
         })
+    }
+
+    /// Prepares the same picture at another time; what does not move is shared.
+    pub fn at_time(&self, before: &World, (world, eye): (&World, DVec3)) -> PathPicture {
+        let scenes = [before, world].map(|world| (&*world.scene, &world.instances));
+        let moved = self.luminaires.at_time(scenes[0], scenes[1]);
+        PathPicture {
+            luminaires: moved.map_or_else(|| Arc::clone(&self.luminaires), Arc::new),
+            materials: Arc::clone(&self.materials),
+            media: MediaField::of(&world.scene, &world.instances, &self.materials, eye),
+            filter: Arc::clone(&self.filter),
+            cache: None,
+            ..*self
+        }
+    }
+
+    /// Says whether another time's luminaires are these: none of them moves.
+    pub fn shares_luminaires(&self, other: &PathPicture) -> bool {
+        Arc::ptr_eq(&self.luminaires, &other.luminaires)
+    }
+
+    /// Returns the bytes of a time's luminaires if some of them move.
+    pub fn bytes_of_a_time(&self) -> usize {
+        self.luminaires.emitters.bytes()
     }
 }
 
@@ -111,6 +140,9 @@ fn white() -> Material {
         ..Material::default()
     }
 }
+
+/// The slot of a path that has found nothing, and hides nothing.
+pub const NOTHING_YET: Slot = [0.0, 0.0, 0.0, 1.0];
 
 /// A tile of the picture and what its paths are traced with.
 pub struct PathTile<'a> {
@@ -163,7 +195,7 @@ impl PathTile<'_> {
                 memory: None,
                 covered: None,
             };
-            slots.fill([0.0, 0.0, 0.0, 1.0]);
+            slots.fill(NOTHING_YET);
             self.queue_rays(sample, scratch);
             if self.generator.has_blind_spots() {
                 slots.iter_mut().for_each(|slot| slot[3] = 0.0);
@@ -171,7 +203,8 @@ impl PathTile<'_> {
                     slots[*row as usize][3] = 1.0;
                 }
             }
-            tracer.run(scratch, sample, slots, &mut cache, statistics);
+            let number = SampleNumbers::One(sample);
+            tracer.run(scratch, number, slots, &mut cache, statistics);
             if self.cancel.load(Relaxed) {
                 break;
             }
@@ -205,31 +238,44 @@ impl PathTile<'_> {
 
     /// Queues a camera ray for each pixel, through a point that the filter chooses.
     pub(super) fn queue_rays(&self, sample: u32, scratch: &mut PathScratch) {
-        let PathPicture {
-            sampler, filter, ..
-        } = self.picture;
         let (queue, keys) = scratch.camera_rays();
         for some in self.order.chunks(STEP) {
             let spots: [Spot; STEP] = std::array::from_fn(|i| some[i.min(some.len() - 1)]);
-            let at = spots.map(|spot| (self.corner.0 + spot.x, self.corner.1 + spot.y));
-            let key = at.map(|(x, y)| sampler.key(x, y));
-            let [u, v, on_lens @ ..] = sampler.pad(Words::load(&key), Words::splat(sample), 0);
-            let [(dx, wx), (dy, wy)] = [u, v].map(|u: Singles| filter.offset(u));
-            let half = Doubles::splat(0.5);
-            let place = |of: fn((u32, u32)) -> u32| Doubles::load(&at.map(|p| f64::from(of(p))));
-            let across = self.generator.across(place(|p| p.0), half + dx.widen());
-            let up = self.generator.up(place(|p| p.1), half + dy.widen());
-            let mut rays = self.generator.through(across, up);
-            if self.generator.has_lens() {
-                rays = self.generator.through_lens(rays, on_lens);
-            }
-            let rows = self.generator.seeing(&rays.1, some.len());
-            queue.push_some(rows, rays, &spots.map(|spot| spot.row));
-            queue.weigh_some(wx * wy, rows);
-            for i in (0..some.len()).filter(|i| rows >> i & 1 != 0) {
-                keys.push(key[i]);
-            }
+            let samples = (&[sample; STEP], &spots.map(|spot| spot.row));
+            self.queue_step((&spots, some.len()), samples, (queue, keys));
         }
         queue.complete(f32::INFINITY, RayKind::Primary);
+    }
+
+    /// Queues camera rays of the first `count` of some pixels, each of a sample and for a row of
+    /// the slots.
+    #[inline(always)]
+    pub(super) fn queue_step(
+        &self,
+        (spots, count): (&[Spot; STEP], usize),
+        (samples, rows): (&[u32; STEP], &[u32; STEP]),
+        (queue, keys): (&mut RayQueue, &mut ArenaVec<u32>),
+    ) {
+        let PathPicture {
+            sampler, filter, ..
+        } = self.picture;
+        let at = spots.map(|spot| (self.corner.0 + spot.x, self.corner.1 + spot.y));
+        let key = at.map(|(x, y)| sampler.key(x, y));
+        let [u, v, on_lens @ ..] = sampler.pad(Words::load(&key), Words::load(samples), 0);
+        let [(dx, wx), (dy, wy)] = [u, v].map(|u: Singles| filter.offset(u));
+        let half = Doubles::splat(0.5);
+        let place = |of: fn((u32, u32)) -> u32| Doubles::load(&at.map(|p| f64::from(of(p))));
+        let across = self.generator.across(place(|p| p.0), half + dx.widen());
+        let up = self.generator.up(place(|p| p.1), half + dy.widen());
+        let mut rays = self.generator.through(across, up);
+        if self.generator.has_lens() {
+            rays = self.generator.through_lens(rays, on_lens);
+        }
+        let lanes = self.generator.seeing(&rays.1, count);
+        queue.push_some(lanes, rays, rows);
+        queue.weigh_some(wx * wy, lanes);
+        for i in (0..count).filter(|i| lanes >> i & 1 != 0) {
+            keys.push(key[i]);
+        }
     }
 }

@@ -7,6 +7,7 @@
 
 use super::Picture;
 use super::adaptive::{AdaptiveFilm, Reached, render_adaptively};
+use super::blur::{Blur, sum_picture};
 use super::camera::RayGenerator;
 use super::config::{Backdrop, Inspection, Integrator as How, RenderConfig, TileOrder};
 use super::film::{AovSample, blank, put};
@@ -17,6 +18,7 @@ use super::paths::{PathPicture, PathTile};
 use super::pixel_order::{BLOCK, Spot, morton_order};
 use super::progress::Progress;
 use super::sampler::{frame_key, position_in};
+use super::slices::Slices;
 use crate::accel::World;
 use crate::math::lanes::Lanes;
 use crate::plan::Kernels;
@@ -77,6 +79,11 @@ pub enum RenderError {
     Memory { width: u32, height: u32 },
     #[error("only pictures of paths have parts")]
     NoPaths,
+    #[error(
+        "the luminous things that move in the scene would need too much memory in so many slices \
+         of the shutter; ask for at most --shutter-slices {most}"
+    )]
+    MovingLights { most: u32 },
 }
 
 /// Renders on the current rayon pool. Records every ray if `recording` is true.
@@ -86,7 +93,19 @@ pub fn render(
     recording: bool,
     progress: &Progress,
 ) -> Result<Rendered, RenderError> {
-    render_tiles(view, config, recording, None, progress, &|_| ())
+    render_tiles((view, None), config, recording, None, progress, &|_| ())
+}
+
+/// Renders with an open shutter, on the current rayon pool. `view` is of the shutter's middle, of
+/// which are outputs beside the colour, and pictures without light.
+pub fn render_blurred(
+    view: &View,
+    slices: &Slices,
+    config: &RenderConfig,
+    progress: &Progress,
+    on_tile: &(dyn Fn(FinishedTile) + Sync),
+) -> Result<Rendered, RenderError> {
+    render_tiles((view, Some(slices)), config, false, None, progress, on_tile)
 }
 
 /// A rectangle of the picture that is done.
@@ -109,7 +128,7 @@ pub fn render_with(
     progress: &Progress,
     on_tile: &(dyn Fn(FinishedTile) + Sync),
 ) -> Result<Picture, RenderError> {
-    Ok(render_tiles(view, config, false, None, progress, on_tile)?.picture)
+    Ok(render_tiles((view, None), config, false, None, progress, on_tile)?.picture)
 }
 
 /// Renders a frame of a sequence. `memory` comes from the frame before, rendered with
@@ -121,7 +140,7 @@ pub fn render_after(
     progress: &Progress,
 ) -> Result<Rendered, RenderError> {
     memory.restart(tiling(config).1);
-    render_tiles(view, config, false, Some(memory), progress, &|_| ())
+    render_tiles((view, None), config, false, Some(memory), progress, &|_| ())
 }
 
 /// Returns the side of the tiles in pixels, and their number.
@@ -135,7 +154,7 @@ fn tiling(config: &RenderConfig) -> (u32, u32) {
 }
 
 fn render_tiles(
-    view: &View,
+    (view, slices): (&View, Option<&Slices>),
     config: &RenderConfig,
     recording: bool,
     memory: Option<&FrameMemory>,
@@ -180,17 +199,11 @@ fn render_tiles(
     };
     let generator = RayGenerator::new(view.camera, config.width, config.height, config.grid);
     let whole = morton_order((side, side));
-    let paths = PathPicture::new(view, config)
-        .map(|picture| picture.cached(view, config, &generator, progress));
-    let film = match (&paths, &config.adaptive) {
-        (Some(picture), Some(adaptive)) => {
-            let settings = (config, adaptive);
-            Some(render_adaptively(
-                view, settings, picture, &generator, progress,
-            ))
-        }
-        _ => None,
-    };
+    let paths = PathPicture::new(view, config).map(|picture| match slices {
+        None => picture.cached(view, config, &generator, progress),
+        Some(_) => picture,
+    });
+    let film = render_film((view, slices), config, paths.as_ref(), (tiles, progress))?;
     let material_flags = MaterialFlags::new(&view.world.scene.materials.rows);
     let order = |number: u32| {
         let (corner, size) = at(number);
@@ -238,7 +251,7 @@ fn render_tiles(
     let mut done = done.into_inner().unwrap_or_else(|e| e.into_inner());
     if let Some(film) = &film {
         done.counts.add(&film.counts);
-        done.reached = Some(film.reached());
+        done.reached = config.adaptive.is_some().then(|| film.reached());
     }
     done.records = paths.as_ref().and_then(PathPicture::records);
     if let Some(samples) = &mut done.picture.samples {
@@ -254,6 +267,36 @@ fn render_tiles(
     Ok(done)
 }
 
+/// Renders the pictures of which tiles are not rendered one by one: adaptive and blurred ones.
+fn render_film(
+    (view, slices): (&View, Option<&Slices>),
+    config: &RenderConfig,
+    paths: Option<&PathPicture>,
+    (tiles, progress): (u32, &Progress),
+) -> Result<Option<AdaptiveFilm>, RenderError> {
+    let slices = slices.filter(|_| config.integrator.shows_light());
+    let blur = slices.map(|slices| Blur::new(view, slices, config, paths));
+    let blur = blur.transpose()?;
+    Ok(match (paths, &config.adaptive, &blur) {
+        (Some(picture), Some(adaptive), blur) => {
+            let settings = (config, adaptive);
+            let pictures = (picture, blur.as_ref());
+            Some(render_adaptively(view, settings, pictures, progress))
+        }
+        (paths, _, Some(blur)) => {
+            let samples = config.samples();
+            let side = blur.side(samples, config.tiles);
+            let columns = config.width.div_ceil(side);
+            progress.start(tiles + columns * config.height.div_ceil(side));
+            let pictures = (paths, Some(blur));
+            let of = (view, config);
+            let (sums, counts) = sum_picture(of, pictures, &(0..samples), side, progress)?;
+            Some(AdaptiveFilm::of_sums(&sums, samples, config.width, counts))
+        }
+        _ => None,
+    })
+}
+
 struct Tile<'a> {
     view: &'a View<'a>,
     config: &'a RenderConfig,
@@ -265,7 +308,7 @@ struct Tile<'a> {
     whole: &'a [Spot],
     /// What path-traced tiles share.
     paths: Option<&'a PathPicture>,
-    /// The picture, where it was sampled adaptively.
+    /// The picture, where it was sampled as a whole.
     film: Option<&'a AdaptiveFilm>,
     generator: &'a RayGenerator,
     material_flags: MaterialFlags,
@@ -298,11 +341,18 @@ impl Tile<'_> {
         }
         let mut record = Vec::new();
         let mut counts = RayCounts::default();
-        if let Some(picture) = self.paths {
-            if kept > 0 {
-                let scratch = &mut Scratch::new(arena, trace);
-                self.keep_first_hits(order, scratch, aovs);
+        if kept > 0 && (self.paths.is_some() || self.film.is_some()) {
+            let scratch = &mut Scratch::new(arena, trace);
+            self.keep_first_hits(order, scratch, aovs);
+        }
+        if let Some(film) = self.film {
+            for row in 0..pixels {
+                (color[row], alpha[row]) = color_of(&film.mean(self.place(row as u32)));
             }
+            self.finish(color, alpha, aovs, done, (&counts, record));
+            return counts;
+        }
+        if let Some(picture) = self.paths {
             let tile = PathTile {
                 view: self.view,
                 config: self.config,
@@ -313,14 +363,7 @@ impl Tile<'_> {
                 cancel: &self.progress.cancel,
             };
             let slots = arena.alloc_slice_fill_copy(pixels, [0.0; 4]);
-            match self.film {
-                Some(film) => {
-                    for (row, slot) in slots.iter_mut().enumerate() {
-                        *slot = film.mean(self.place(row as u32));
-                    }
-                }
-                None => tile.render(arena, trace, slots, &mut counts),
-            }
+            tile.render(arena, trace, slots, &mut counts);
             for (row, slot) in slots.iter().enumerate() {
                 (color[row], alpha[row]) = color_of(slot);
             }

@@ -2,7 +2,7 @@
 
 use crate::io::{LoadError, SaveError};
 use crate::plan::PlanError;
-use crate::render::RenderError;
+use crate::render::{RenderError, SliceError};
 use crate::scene::{SceneError, UnknownCamera};
 use thiserror::Error;
 
@@ -20,6 +20,8 @@ pub enum Error {
     Camera(#[from] UnknownCamera),
     #[error(transparent)]
     Render(#[from] RenderError),
+    #[error(transparent)]
+    Slices(#[from] SliceError),
     #[error(transparent)]
     Save(#[from] SaveError),
 }

@@ -14,14 +14,18 @@ pub use error::Error;
 
 use crate::accel::{BuildQuality, Density, KdQuality, Structure, World};
 use crate::plan::{Accel, Choices, Kernels, Plan, plan};
-use crate::render::{FinishedTile, Integrator, Picture, Progress, RenderConfig, View, render_with};
-use crate::scene::{Instances, Scene, default_camera, default_lights};
+use crate::render::{
+    Exposure, FinishedTile, Integrator, Picture, Progress, RenderConfig, Slices, View,
+    render_blurred, render_with,
+};
+use crate::scene::{Camera, Instances, Light, Scene, default_camera, default_lights};
 use crate::shade::barycentrics;
 use crate::trace::{
     self, Caching, Depths, HitIds, Ids, ScratchPool, ShadowCache, Spans, TraceScratch, any, closest,
 };
 use glam::DVec3;
 use rayon::prelude::*;
+use std::borrow::Cow;
 
 /// Rays that a thread takes at a time.
 const CHUNK: usize = 1 << 14;
@@ -141,8 +145,9 @@ impl Tracer {
 
     /// Renders a picture, and calls `on_tile` with each tile once it is finished, from any
     /// thread and in any order. Cameras and lights that the scene lacks are default ones.
-    /// Returns an error if there is no camera of the configured name, too little memory, or
-    /// if `progress` is cancelled. Only what `config` says of pictures counts; precision and
+    /// With a shutter in `config` what moves is blurred, and tiles are finished late. Returns an
+    /// error if there is no camera of the configured name, too little memory, or if `progress` is
+    /// cancelled. Only what `config` says of pictures counts; precision and
     /// structure are the tracer's.
     pub fn render(
         &self,
@@ -150,29 +155,59 @@ impl Tracer {
         progress: &Progress,
         on_tile: &(dyn Fn(FinishedTile) + Sync),
     ) -> Result<Picture, Error> {
-        let scene = self.scene();
-        let camera = match scene.cameras.pick(config.camera.as_deref()) {
-            Ok(Some(row)) => scene.cameras.rows[row],
-            Ok(None) => default_camera(scene, &self.world.instances, config.aspect()),
-            Err(unknown) => return Err(unknown.into()),
-        };
-        let made;
-        let lights = match &*scene.lights {
-            [] if config.integrator == Integrator::Direct => {
-                made = default_lights(&camera);
-                &made
-            }
-            lights => lights,
-        };
+        if let Some(exposure) = &config.shutter {
+            return self.render_blurred(exposure, config, progress, on_tile);
+        }
+        let (camera, _, lights) = self.seen(&self.world, config)?;
         let view = View {
             world: &self.world,
             kernels: self.kernels,
             camera,
-            lights,
+            lights: &lights,
         };
         Ok(render_with(&view, config, progress, on_tile)?)
     }
+
+    /// Renders a picture with an open shutter.
+    fn render_blurred(
+        &self,
+        exposure: &Exposure,
+        config: &RenderConfig,
+        progress: &Progress,
+        on_tile: &(dyn Fn(FinishedTile) + Sync),
+    ) -> Result<Picture, Error> {
+        let scene = self.scene().clone().at(exposure.middle())?;
+        let world = self.world.at_time(&scene, &Instances::of(&scene)?);
+        let (camera, row, lights) = self.seen(&world, config)?;
+        let view = View {
+            world: &world,
+            kernels: self.kernels,
+            camera,
+            lights: &lights,
+        };
+        let slices = Slices::build(&world, (&camera, row), exposure)?;
+        Ok(render_blurred(&view, &slices, config, progress, on_tile)?.picture)
+    }
+
+    /// Returns a picture's camera, its row of the scene's table unless it is made, and the
+    /// lights.
+    fn seen<'w>(&self, world: &'w World, config: &RenderConfig) -> Result<Seen<'w>, Error> {
+        let scene = &world.scene;
+        let row = scene.cameras.pick(config.camera.as_deref())?;
+        let camera = match row {
+            Some(row) => scene.cameras.rows[row],
+            None => default_camera(scene, &world.instances, config.aspect()),
+        };
+        let lights = match &*scene.lights {
+            [] if config.integrator == Integrator::Direct => default_lights(&camera).into(),
+            lights => lights.into(),
+        };
+        Ok((camera, row, lights))
+    }
 }
+
+/// A picture's camera, its row of the scene's table unless it is made, and the lights.
+type Seen<'w> = (Camera, Option<usize>, Cow<'w, [Light]>);
 
 /// Returns the structure that the plan chose; `kd` holds the parameters of a k-d tree.
 pub(crate) fn structure(plan: &Plan, kd: &KdQuality) -> Structure {

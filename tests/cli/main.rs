@@ -14,6 +14,7 @@ mod outputs;
 mod parts;
 mod roots;
 mod run;
+mod shutters;
 mod solids;
 mod solvers;
 mod surfaces;

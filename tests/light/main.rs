@@ -1,6 +1,8 @@
 //! Tests of light: path-traced pictures against closed formulas, and their bits.
 
 mod allocations;
+mod blur;
+mod blur_bits;
 mod cached;
 mod closed_forms;
 mod identity;

@@ -10,4 +10,5 @@ mod light;
 mod light_parts;
 mod oracle;
 mod ray_sets;
+mod slices;
 mod verify;

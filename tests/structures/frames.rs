@@ -93,9 +93,39 @@ fn crossing_meshes() -> Loaded {
     completed(scene.finish().unwrap())
 }
 
+/// Meshes that deform, one of them turning, among others that do not.
+fn deforming_meshes() -> Loaded {
+    let mut scene = SceneBuilder::default();
+    let stretched = |by: [f64; 3]| {
+        let mut mesh = ball(32, 16);
+        for vertex in &mut mesh.positions {
+            *vertex = std::array::from_fn(|k| vertex[k] * by[k]);
+        }
+        mesh
+    };
+    let keys = [
+        (0.6, stretched([0.4, 2.0, 1.0])),
+        (1.0, stretched([1.5, 0.8, 0.5])),
+    ];
+    let deforming = scene.deforming_mesh("", &stretched([1.0; 3]), &keys);
+    let still = scene.mesh("", &ball(24, 12));
+    let to = DVec3::new(1.5, 0.5, 0.5);
+    let id = scene.moving(turned(to, 0.0), &[key(1.0, turned(to, 80.0))]);
+    scene.instance("", Edge::shape(deforming).transform(id));
+    scene.instance("", Edge::shape(deforming));
+    let aside = scene.transform(moved(DVec3::new(-2.0, 0.0, 1.0)));
+    scene.instance("", Edge::shape(still).transform(aside));
+    scene.camera(
+        "",
+        Camera::perspective(DVec3::new(0.5, 1.0, 9.0), DVec3::ZERO, DVec3::Y, 45.0),
+    );
+    completed(scene.finish().unwrap())
+}
+
 fn scenes() -> Vec<(String, Loaded)> {
     let mut scenes = vec![
         ("meshes".into(), crossing_meshes()),
+        ("deforming".into(), deforming_meshes()),
         (
             "moving".into(),
             load(&in_repository("scenes/moving.toml"), 4.0 / 3.0),

@@ -28,7 +28,7 @@ pub struct LightArgs {
     #[arg(long)]
     pub ground: bool,
     /// Samples per pixel; paths are noisier by half at a fourth, and best at powers of two
-    /// [default: 64 for paths, else 1]
+    /// [default: 64 for paths and with a shutter, else 1]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=65_536))]
     pub spp: Option<u32>,
     /// Render only the samples A to B - 1 of each pixel of a picture of paths, and write their
@@ -117,6 +117,7 @@ impl LightArgs {
             )));
         }
         let (spp, max_depth) = match integrator {
+            Integrator::Direct if config.shutter.is_some() => (64, 5),
             Integrator::Direct => (config.spp, 5),
             Integrator::Path => (64, 16),
             Integrator::Ao => (64, 1),

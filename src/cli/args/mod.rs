@@ -6,6 +6,7 @@
 
 mod development;
 mod light;
+mod shutter;
 mod values;
 
 pub use light::{has_lens, needed_integrator};
@@ -24,6 +25,7 @@ use clap::{Args, value_parser};
 use development::DevelopmentArgs;
 use glam::DVec3;
 use light::LightArgs;
+use shutter::ShutterArgs;
 use std::path::PathBuf;
 use values::{
     AccelChoice, BaselineChoice, BenchAccels, BenchBuilds, BenchCachings, BenchKinds, Coefficients,
@@ -45,6 +47,8 @@ pub struct RenderArgs {
     pub output: Option<PathBuf>,
     #[command(flatten)]
     pub light: LightArgs,
+    #[command(flatten)]
+    pub shutter: ShutterArgs,
     /// Additional outputs, separated by commas: depth, position, normal, albedo,
     /// instance_id and primitive_id of what the pixel's centre shows, and samples, their
     /// number

@@ -7,6 +7,7 @@ use super::wide_bvh::{WideBlas, WideBvh};
 use crate::geom::triangle::Corners;
 use crate::math::Aabb32;
 use glam::DVec3;
+use std::sync::Arc;
 
 /// The comparison structure of one mesh, and its triangles in the order of the leaves.
 #[derive(Clone, Debug)]
@@ -24,7 +25,7 @@ pub struct BaselineAccelerator {
     /// The structure over the world's entries.
     pub tlas: AnyIndex,
     /// By mesh; `None` for meshes that no instance places.
-    pub blases: Vec<Option<BaselineBlas>>,
+    pub blases: Arc<[Option<BaselineBlas>]>,
 }
 
 /// The wide TLAS and BLASes, for beams, streams and single rays.
@@ -32,7 +33,7 @@ pub struct BaselineAccelerator {
 pub struct WideAccelerator {
     pub tlas: WideBvh,
     /// By mesh; `None` for meshes that no instance places.
-    pub blases: Vec<Option<WideBlas>>,
+    pub blases: Arc<[Option<Arc<WideBlas>>]>,
 }
 
 /// Instance BVHs and wide BLASes. No table has a row per instance.
@@ -40,7 +41,7 @@ pub struct WideAccelerator {
 pub struct NestedAccelerator {
     pub instance_bvhs: InstanceBvhs,
     /// By mesh; `None` for meshes that no instance places.
-    pub blases: Vec<Option<WideBlas>>,
+    pub blases: Arc<[Option<Arc<WideBlas>>]>,
 }
 
 /// The structures of a world.
@@ -131,9 +132,9 @@ impl Accelerator {
     }
 }
 
-fn wide_bytes(top: usize, meshes: &[Option<WideBlas>]) -> [usize; 3] {
+fn wide_bytes(top: usize, meshes: &[Option<Arc<WideBlas>>]) -> [usize; 3] {
     let meshes = || meshes.iter().flatten();
-    let leaves = |mesh: &WideBlas| mesh.blocks.bytes();
+    let leaves = |mesh: &Arc<WideBlas>| mesh.blocks.bytes();
     [
         top,
         meshes().map(|mesh| mesh.tree.bytes()).sum(),
@@ -141,7 +142,7 @@ fn wide_bytes(top: usize, meshes: &[Option<WideBlas>]) -> [usize; 3] {
     ]
 }
 
-fn wide_meshes_figures(meshes: &[Option<WideBlas>]) -> Vec<Figures> {
+fn wide_meshes_figures(meshes: &[Option<Arc<WideBlas>>]) -> Vec<Figures> {
     let meshes = meshes.iter().flatten();
     meshes.map(|mesh| wide_figures(&mesh.tree)).collect()
 }

@@ -21,6 +21,7 @@ mod mesh_crossings;
 mod prefetch;
 mod refit;
 mod slabs;
+mod slice;
 mod tlas_cost;
 mod tlas_entry;
 mod two_level;

@@ -1,5 +1,5 @@
-//! Reuse of one frame's structures for the next. Between frames only placements change, so
-//! the BLASes stay as they are.
+//! Reuse of one frame's structures for the next. Between frames only placements change, and
+//! meshes that deform, so the BLASes of the others stay as they are.
 //!
 //! The TLAS keeps its shape and gets new boxes while its expected cost stays near the cost
 //! that it was built with; else it is built again (Lauterbach et al., RT-DEFORM, 2006). Two
@@ -13,12 +13,14 @@
 
 use super::accelerator::Accelerator;
 use super::builders::{BuildQuality, refit_boxes};
+use super::csg::PreparedCsg;
 use super::tlas_cost::TlasCost;
 use super::tlas_entry::{TlasEntries, TlasEntry, entries};
-use super::two_level::build_tlas;
+use super::two_level::{build_tlas, wide_blases_at_time};
 use super::world::{Structure, World};
 use crate::math::Aabb32;
 use crate::scene::{Instances, Scene};
+use std::sync::Arc;
 
 /// The factor of the expected cost at which a refitted TLAS is built again. A refit takes
 /// half as long as a build, and both take little time beside a frame's rays, so the factor
@@ -34,6 +36,8 @@ pub struct KeptTrees {
     quality: BuildQuality,
     /// The cost of the TLAS as it was built.
     built: TlasCost,
+    /// The prepared solids, of which none changes.
+    csg: Arc<[Option<PreparedCsg>]>,
 }
 
 /// What was done to make a frame's structures.
@@ -65,6 +69,7 @@ impl World {
             quality: self.quality,
             built: self.tlas_built,
             accelerator: self.accelerator,
+            csg: self.csg,
         }
     }
 }
@@ -85,11 +90,13 @@ impl World {
             order,
             quality,
             built,
+            csg,
         } = kept;
         let (Accelerator::Wide(mut accelerator), Structure::Bvh) = (accelerator, structure) else {
             let world = World::build_to(quality, scene, instances, structure);
             return (world, RefitOutcome::Built);
         };
+        accelerator.blases = wide_blases_at_time(&accelerator.blases, quality, scene);
         let all = entries(scene, instances, |mesh| {
             accelerator.blases[mesh].as_ref().map(|m| m.tree.bounds)
         });
@@ -106,8 +113,8 @@ impl World {
             let sah = refit_boxes(&mut accelerator.tlas, &boxes);
             if TlasCost::new(sah, &accelerator.tlas.bounds).is_within(worst, &built) {
                 let entries = TlasEntries { bounded, ..all };
-                let mut world =
-                    World::from_parts(scene, instances, Accelerator::Wide(accelerator), entries);
+                let accelerator = Accelerator::Wide(accelerator);
+                let mut world = World::from_parts(scene, instances, accelerator, entries, csg);
                 world.tlas_built = built;
                 world.quality = quality;
                 return (world, RefitOutcome::Refitted);
@@ -116,8 +123,8 @@ impl World {
         let bounded;
         (accelerator.tlas, bounded) = build_tlas(&all.bounded, quality);
         let entries = TlasEntries { bounded, ..all };
-        let mut world =
-            World::from_parts(scene, instances, Accelerator::Wide(accelerator), entries);
+        let accelerator = Accelerator::Wide(accelerator);
+        let mut world = World::from_parts(scene, instances, accelerator, entries, csg);
         world.quality = quality;
         (world, RefitOutcome::Rebuilt)
     }

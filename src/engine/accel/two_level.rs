@@ -15,6 +15,7 @@ use crate::geom::triangle::{Corners, canonical};
 use crate::math::Aabb32;
 use crate::scene::{Instances, MeshId, Scene, Shape};
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Builds a structure over primitives, and returns it with the order of its entries.
 pub(super) type Build<'b> = dyn Fn(&Primitives) -> (AnyIndex, Vec<u32>) + Sync + 'b;
@@ -49,10 +50,31 @@ pub(super) fn wide_blases(
     quality: BuildQuality,
     scene: &Scene,
     instances: &Instances,
-) -> Vec<Option<WideBlas>> {
+) -> Arc<[Option<Arc<WideBlas>>]> {
     each_mesh(scene, instances, |id| {
-        build_mesh(&scene.meshes.row(id), quality)
+        Arc::new(build_mesh(&scene.meshes.row(id), quality))
     })
+}
+
+/// Builds the wide BVHs of the meshes that deform anew, and shares the others.
+pub(super) fn wide_blases_at_time(
+    blases: &Arc<[Option<Arc<WideBlas>>]>,
+    quality: BuildQuality,
+    scene: &Scene,
+) -> Arc<[Option<Arc<WideBlas>>]> {
+    if scene.deformations.is_empty() {
+        return Arc::clone(blases);
+    }
+    let at_time = |(mesh, blas): (usize, &Option<Arc<WideBlas>>)| {
+        let id = MeshId(mesh as u32);
+        let blas = blas.as_ref()?;
+        Some(match scene.deformations.has(id) {
+            true => Arc::new(build_mesh(&scene.meshes.row(id), quality)),
+            false => Arc::clone(blas),
+        })
+    };
+    let all = blases.par_iter().enumerate().map(at_time);
+    all.collect::<Vec<_>>().into()
 }
 
 /// Builds both levels of wide BVHs, and returns them with the entries; bounded entries are
@@ -97,17 +119,16 @@ fn each_mesh<T: Send>(
     scene: &Scene,
     instances: &Instances,
     build: impl Fn(MeshId) -> T + Sync,
-) -> Vec<Option<T>> {
+) -> Arc<[Option<T>]> {
     let mut seen = vec![false; scene.meshes.len()];
     for (shape, count) in scene.shapes.rows.iter().zip(instances.of_shapes(scene)) {
         if let Shape::Mesh(id) = shape {
             seen[id.index()] |= count > 0;
         }
     }
-    seen.par_iter()
-        .enumerate()
-        .map(|(i, seen)| seen.then(|| build(MeshId(i as u32))))
-        .collect()
+    let each = seen.par_iter().enumerate();
+    let each = each.map(|(i, seen)| seen.then(|| build(MeshId(i as u32))));
+    each.collect::<Vec<_>>().into()
 }
 
 /// Builds the comparison structure of one mesh.

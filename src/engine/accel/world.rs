@@ -27,6 +27,7 @@ use crate::math::{Aabb32, Affine};
 use crate::scene::{CsgId, Instances, MAX_DEPTH, MeshId, Scene, Shape};
 use glam::DVec3;
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// The structure by which rays find primitives.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -70,12 +71,14 @@ pub struct World {
     /// Entries without a box in world space.
     pub unbounded: Vec<TlasEntry>,
     /// By [`CsgId`]: the prepared solid, if some instance places it.
-    pub(super) csg: Vec<Option<PreparedCsg>>,
+    pub(super) csg: Arc<[Option<PreparedCsg>]>,
     /// By instance: its row in `entries`, or past their end in `unbounded`. All three are
     /// empty in a nested world.
     pub place_of: Vec<u32>,
     /// The boxes that item buffers project, if the structure is [`Structure::ItemBuffer`].
     pub item_boxes: Option<ItemBoxes>,
+    /// The structure that was asked for, of comparison structures.
+    pub(super) structure: Structure,
     /// The quality of wide BVHs.
     pub(super) quality: BuildQuality,
     /// The cost of the TLAS as it was built, before any refit; 0 in a nested world.
@@ -148,9 +151,11 @@ impl World {
                 (AnyIndex::Bvh4(linear(p.boxes)), order.collect())
             }),
         };
-        let mut world = World::from_parts(scene, instances, accelerator, entries);
+        let csg = PreparedCsg::placed(scene, instances).into();
+        let mut world = World::from_parts(scene, instances, accelerator, entries, csg);
         world.item_boxes = item_boxes;
         world.quality = quality;
+        world.structure = structure;
         world
     }
 
@@ -164,6 +169,7 @@ impl World {
             unbounded,
             center,
         }: TlasEntries,
+        csg: Arc<[Option<PreparedCsg>]>,
     ) -> World {
         let mut place_of = vec![0; entries.len() + unbounded.len()];
         for (place, entry) in entries.iter().chain(&unbounded).enumerate() {
@@ -184,9 +190,10 @@ impl World {
             accelerator,
             entries,
             unbounded,
-            csg: PreparedCsg::placed(scene, instances),
+            csg,
             place_of,
             item_boxes: None,
+            structure: Structure::default(),
             quality: BuildQuality::default(),
         }
     }
@@ -195,6 +202,18 @@ impl World {
     /// instance BVHs are small and of medium quality.
     fn nested(quality: BuildQuality, scene: &Scene, instances: &Instances) -> World {
         let blases = wide_blases(quality, scene, instances);
+        let csg = PreparedCsg::placed(scene, instances).into();
+        World::nested_over(quality, scene, instances, blases, csg)
+    }
+
+    /// Builds a nested world over BLASes and prepared solids.
+    pub(super) fn nested_over(
+        quality: BuildQuality,
+        scene: &Scene,
+        instances: &Instances,
+        blases: Arc<[Option<Arc<WideBlas>>]>,
+        csg: Arc<[Option<PreparedCsg>]>,
+    ) -> World {
         let own = own_bounds(scene, |mesh| blases[mesh].as_ref().map(|m| m.tree.bounds));
         let instance_bvhs = InstanceBvhs::build(scene, instances, own);
         // The same as those of a flat world, where one is possible.
@@ -218,9 +237,10 @@ impl World {
             center,
             entries: Vec::new(),
             unbounded: Vec::new(),
-            csg: PreparedCsg::placed(scene, instances),
+            csg,
             place_of: Vec::new(),
             item_boxes: None,
+            structure: Structure::default(),
             quality,
             tlas_built: TlasCost::default(),
         }
@@ -284,7 +304,7 @@ impl World {
             Accelerator::Nested(accelerator) => &accelerator.blases,
             _ => return None,
         };
-        meshes[id.index()].as_ref()
+        meshes[id.index()].as_deref()
     }
 
     /// Returns a CSG solid that some instance places, prepared.

@@ -10,9 +10,11 @@ use super::schema::{self, Named, Triple};
 use super::schema_camera::Cameras;
 use super::source_spans::At;
 use super::tree::{Source, nearest, quoted};
-use super::{lower_csg, lower_shape, rotate};
+use super::{lower_csg, lower_shape, lower_shutter, rotate};
 use crate::math::Affine;
-use crate::scene::{Edge, Entity, EntityKind, Key, MaterialId, NodeId, SceneBuilder, ShapeId};
+use crate::scene::{
+    Edge, Entity, EntityKind, Interpolation, Key, MaterialId, NodeId, SceneBuilder, ShapeId,
+};
 use crate::{ImportReport, LoadError, LoadOptions};
 use glam::DVec3;
 use std::collections::HashMap;
@@ -68,7 +70,13 @@ pub(super) fn lower(
     }
     let Cameras(Named(rows)) = file.camera.unwrap_or_default();
     for (name, row) in &rows {
-        scene.camera(&name.value, camera(source, row)?);
+        let id = scene.camera(&name.value, camera(source, row)?);
+        if let Some(motion) = &row.value.motion {
+            scene.move_camera(id, &lower_shutter::camera_keys(source, &row.value, motion)?);
+        }
+        if let Some(shutter) = &row.value.shutter {
+            scene.shutter(id, lower_shutter::shutter(source, shutter)?);
+        }
         at.cameras.push(row.at);
     }
     for row in file.light.iter().flatten() {
@@ -201,9 +209,18 @@ fn edge(names: &Names, row: &At<schema::Child>, scene: &mut SceneBuilder) -> Res
         Some(steps) => transform(names.source, steps)?,
         None => Affine::IDENTITY,
     };
-    let id = match &child.motion {
-        Some(motion) => scene.moving(local, &keys(names.source, motion)?),
-        None => scene.transform(local),
+    let interpolation = match child.interpolation.as_ref().map(|row| row.value) {
+        Some(schema::Interpolation::Rigid) => Interpolation::Rigid,
+        Some(schema::Interpolation::Linear) | None => Interpolation::Linear,
+    };
+    let id = match (&child.motion, &child.interpolation) {
+        (Some(motion), _) => scene.moving_by(interpolation, local, &keys(names.source, motion)?),
+        (None, None) => scene.transform(local),
+        (None, Some(row)) => {
+            let message = "interpolation is how things move between the keys of a motion, and \
+                           there is no motion here; give one, or leave it out";
+            return Err(names.source.error(row.at, message));
+        }
     };
     Ok(edge.transform(id))
 }

@@ -63,6 +63,14 @@ pub(super) fn refuse_extras(
         );
         return Err(source.error(material.at, message));
     }
+    if let (Some(motion), None) = (&row.motion, &row.mesh) {
+        let message = format!(
+            "{} cannot have a motion of its own; only a mesh can. Give it where the shape is \
+             placed: to the instance or child",
+            one(kind)
+        );
+        return Err(source.error(motion.at, message));
+    }
     if let Some(tolerance) = &row.tolerance {
         let message = format!("{} cannot have a tolerance; {ONLY}", one(kind));
         return Err(source.error(tolerance.at, message));

@@ -2,12 +2,12 @@
 
 use super::lower::exactly_one;
 use super::lower_csg::{Declared, declare, refuse_extras};
-use super::lower_polynomial;
 use super::schema;
 use super::source_spans::At;
 use super::tree::{Source, quoted};
+use super::{lower_deformation, lower_polynomial};
 use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Prism, Quadric, Sphere, hull};
-use crate::scene::{MeshId, SceneBuilder, Shape, ShapeId};
+use crate::scene::{MeshData, MeshId, SceneBuilder, Shape, ShapeId};
 use crate::shared::merge_meshes::{MESH_FORMATS, import_with_materials, names_mesh};
 use crate::{Folder, ImportReport, LoadError, LoadOptions};
 use glam::{DVec2, DVec3};
@@ -23,6 +23,43 @@ pub(super) struct MeshFiles {
 }
 
 impl MeshFiles {
+    /// Returns the path of a mesh file that there is.
+    pub(super) fn path(&self, source: &Source, file: &At<String>) -> Result<PathBuf, LoadError> {
+        let path = self.folder.resolve(&file.value).map_err(|e| match e {
+            LoadError::Read { source: why, .. } => {
+                let message = format!(
+                    "the mesh file {} cannot be read: {why}",
+                    quoted(&file.value)
+                );
+                source.error(file.at, message)
+            }
+            other => other,
+        })?;
+        let refuse = |why: String| {
+            let message = format!("the mesh file {} {why}", quoted(&file.value));
+            Err(source.error(file.at, message))
+        };
+        if path.is_dir() {
+            return refuse("is a folder; name a file in it".into());
+        }
+        if !names_mesh(&path) {
+            return refuse(format!("is of no known format; known are {MESH_FORMATS}"));
+        }
+        Ok(path)
+    }
+
+    /// Reads a file apart from all others.
+    pub(super) fn read(
+        &self,
+        source: &Source,
+        file: &At<String>,
+        scene: &mut SceneBuilder,
+        report: &mut ImportReport,
+    ) -> Result<MeshData, LoadError> {
+        let path = self.path(source, file)?;
+        import_with_materials(&path, &self.options, scene, report)
+    }
+
     pub(super) fn new(source: &Source, options: &LoadOptions) -> MeshFiles {
         MeshFiles {
             folder: Folder::new(source.path, options),
@@ -142,7 +179,12 @@ pub(super) fn shape(
         at: 0,
         value: String::new(),
     });
-    mesh(source, name, &file, open, files, scene, report)
+    match &row.motion {
+        Some(motion) => {
+            lower_deformation::mesh(source, name, (&file, motion, open), files, scene, report)
+        }
+        None => mesh(source, name, &file, open, files, scene, report),
+    }
 }
 
 /// For messages: with its article.
@@ -200,26 +242,7 @@ fn mesh(
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
 ) -> Result<ShapeId, LoadError> {
-    let path = files.folder.resolve(&file.value).map_err(|e| match e {
-        LoadError::Read { source: why, .. } => {
-            let message = format!(
-                "the mesh file {} cannot be read: {why}",
-                quoted(&file.value)
-            );
-            source.error(file.at, message)
-        }
-        other => other,
-    })?;
-    let refuse = |why: String| {
-        let message = format!("the mesh file {} {why}", quoted(&file.value));
-        Err(source.error(file.at, message))
-    };
-    if path.is_dir() {
-        return refuse("is a folder; name a file in it".into());
-    }
-    if !names_mesh(&path) {
-        return refuse(format!("is of no known format; known are {MESH_FORMATS}"));
-    }
+    let path = files.path(source, file)?;
     let known = files.known.get(&path).and_then(|of| of[usize::from(open)]);
     if let Some(mesh) = known {
         return Ok(scene.mesh_again(name, mesh));

@@ -235,6 +235,16 @@ pub struct Material {
     pub priority: Option<i32>,
 }
 
+/// The vertices of a mesh at a time. Between keys they go straight.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MeshKey {
+    /// Above 0 and the key before, at most 1.
+    pub at: At<f64>,
+    /// A mesh file of as many vertices and the same triangles.
+    pub mesh: At<String>,
+}
+
 /// A shape; exactly one kind.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -261,6 +271,8 @@ pub struct Shape {
     pub implicit: Option<At<String>>,
     /// A mesh file (.obj, .ply, .stl, .gltf, .glb), relative to this file.
     pub mesh: Option<At<String>>,
+    /// Of a mesh: files of its vertices at later times, at least one key.
+    pub motion: Option<At<Vec<At<MeshKey>>>>,
     /// Solids made of solids: of all points that are in any operand.
     pub union: Option<Vec<At<Operand>>>,
     /// Of all points that are in every operand.
@@ -462,10 +474,22 @@ pub struct Child {
     /// Where it is at later times of a sequence of frames, at least one key;
     /// `transform` is where it is at time 0.
     pub motion: Option<At<Vec<At<Key>>>>,
+    /// How it moves between keys; `linear` if absent.
+    pub interpolation: Option<At<Interpolation>>,
 }
 
-/// Where a placement is at a time. Between keys the matrices are interpolated
-/// element by element.
+/// How a placement moves between keys.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Interpolation {
+    /// Every element of the matrix goes straight; what turns shrinks on the way.
+    Linear,
+    /// What turns turns evenly, the shorter way, and keeps its size; translation and scale go
+    /// straight.
+    Rigid,
+}
+
+/// Where a placement is at a time.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Key {

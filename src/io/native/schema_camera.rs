@@ -60,6 +60,52 @@ pub struct Camera {
     pub fisheye: Option<At<Fisheye>>,
     /// Blurs what is not in focus; without it all is sharp.
     pub lens: Option<At<Lens>>,
+    /// Where it is at later times of a sequence of frames, at least one key; not beside `pose`.
+    pub motion: Option<At<Vec<At<CameraKey>>>>,
+    /// When it takes light; for an instant if absent, and nothing blurs.
+    pub shutter: Option<At<Shutter>>,
+}
+
+/// Where a camera is at a time. Between keys all three go straight.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CameraKey {
+    /// Above 0 and the key before, at most 1.
+    pub at: At<f64>,
+    /// That of the key before if absent.
+    pub eye: Option<Triple>,
+    /// That of the key before if absent.
+    pub look_at: Option<Triple>,
+    /// That of the key before if absent; not 0.
+    pub up: Option<At<Triple>>,
+}
+
+/// When a camera takes light: between two times about that of the frame. The unit is the time
+/// from one frame to the next; of a single picture the whole motion.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Shutter {
+    /// 0 is the frame's own time, negative is before it; 0 if absent.
+    pub open: Option<f64>,
+    /// Above `open`.
+    pub close: f64,
+    /// `box` if absent.
+    pub shape: Option<ShutterShape>,
+    /// Of a trapezoid: the share of the time in which it opens, from 0 to 1; 0.25 if absent.
+    pub rise: Option<f64>,
+    /// Of a trapezoid: the share of the time in which it closes; 0.25 if absent. `rise` and
+    /// `fall` add up to 1 at most.
+    pub fall: Option<f64>,
+}
+
+/// How much light a shutter lets in between its times.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ShutterShape {
+    /// All light all the time.
+    Box,
+    /// It opens evenly and closes evenly.
+    Trapezoid,
 }
 
 /// A pinhole camera as OpenCV has it: pixel (0, 0) has its centre at (0, 0), y points down.

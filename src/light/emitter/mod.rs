@@ -43,6 +43,7 @@ use lanecast_numerics::math::Vec3;
 use lanecast_numerics::math::lanes::{Lanes, Mask};
 use place::{Place, Row};
 use std::f64::consts::PI;
+use std::sync::Arc;
 use sun::Sun;
 
 /// The id of no emitter.
@@ -115,7 +116,7 @@ pub struct Emitters {
     /// Ids of the rectangles and discs of the table.
     panels: Vec<u32>,
     suns: Vec<Sun>,
-    sky: Option<SkyMap>,
+    sky: Option<Arc<SkyMap>>,
     background: Rgb,
     /// The mean irradiance that the sampled part of the environment brings, 0 for none.
     sky_irradiance: f32,
@@ -144,7 +145,16 @@ impl Emitters {
         let uniform = environment.and_then(Environment::uniform_radiance);
         let background = uniform.unwrap_or(background);
         let environment = environment.filter(|_| uniform.is_none());
-        let sky = environment.map(|map| SkyMap::new(map, compensation));
+        let sky = environment.map(|map| Arc::new(SkyMap::new(map, compensation)));
+        Emitters::under(sky, emitters, background)
+    }
+
+    /// Prepares other emitters under the same sky, which they share.
+    pub fn under_same_sky(&self, emitters: Vec<Emitter>) -> Emitters {
+        Emitters::under(self.sky.clone(), emitters, self.background)
+    }
+
+    fn under(sky: Option<Arc<SkyMap>>, emitters: Vec<Emitter>, background: Rgb) -> Emitters {
         let mut all = Emitters {
             kinds: Vec::with_capacity(emitters.len()),
             rows: Vec::with_capacity(emitters.len()),
@@ -260,7 +270,7 @@ impl Emitters {
             + size_of_val(&*self.slots)
             + size_of_val(&*self.bounds)
             + self.tree.as_ref().map_or(0, tree::Tree::bytes)
-            + self.sky.as_ref().map_or(0, SkyMap::bytes)
+            + self.sky.as_ref().map_or(0, |sky| sky.bytes())
     }
 
     /// Returns how many infinitely far lights are sampled.

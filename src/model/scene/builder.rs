@@ -56,7 +56,18 @@ impl SceneBuilder {
     /// Adds a transform that is `local` at time 0 and then passes through the keys, in the
     /// order of their times.
     pub fn moving(&mut self, local: Affine, keys: &[Key]) -> TransformId {
-        self.tables.transforms.push_moving(local, keys)
+        self.moving_by(Interpolation::Linear, local, keys)
+    }
+
+    /// Adds a transform as [`moving`](Self::moving) does, with a rule for the times between keys.
+    pub fn moving_by(
+        &mut self,
+        interpolation: Interpolation,
+        local: Affine,
+        keys: &[Key],
+    ) -> TransformId {
+        let transforms = &mut self.tables.transforms;
+        transforms.push_moving(local, keys, interpolation)
     }
 
     /// Adds a material.
@@ -76,6 +87,16 @@ impl SceneBuilder {
         cameras.names.set(cameras.rows.len() as u32, name);
         cameras.rows.push(camera);
         CameraId(cameras.rows.len() as u32 - 1)
+    }
+
+    /// Lets a camera move through keys, of which the first is its pose at time 0.
+    pub fn move_camera(&mut self, camera: CameraId, keys: &[CameraKey]) {
+        self.tables.cameras.motions.push(camera.0, keys);
+    }
+
+    /// Gives a camera a shutter.
+    pub fn shutter(&mut self, camera: CameraId, shutter: Shutter) {
+        self.tables.cameras.shutters.push((camera.0, shutter));
     }
 
     /// Adds a camera that a node of this name places.
@@ -144,6 +165,24 @@ impl SceneBuilder {
         self.tables.shapes.push(name, Shape::Mesh(id))
     }
 
+    /// Adds a mesh that deforms and a shape of it: `data` is the mesh at time 0, and keys are
+    /// others of the same triangles, with rising times.
+    pub fn deforming_mesh(
+        &mut self,
+        name: &str,
+        data: &MeshData,
+        keys: &[(f64, MeshData)],
+    ) -> ShapeId {
+        let id = self.tables.meshes.push(data);
+        let Tables {
+            meshes,
+            deformations,
+            ..
+        } = &mut self.tables;
+        deformations.push(meshes, id, keys);
+        self.tables.shapes.push(name, Shape::Mesh(id))
+    }
+
     /// Adds a shape of a mesh that is already in the tables.
     pub fn mesh_again(&mut self, name: &str, mesh: MeshId) -> ShapeId {
         self.tables.shapes.push(name, Shape::Mesh(mesh))
@@ -188,7 +227,7 @@ impl SceneBuilder {
 
     /// Adds a node whose children are set later, because files name nodes in any order.
     pub fn declare_node(&mut self, name: &str) -> NodeId {
-        let nodes = &mut self.tables.nodes;
+        let nodes = &mut *self.tables.nodes;
         nodes.names.set(nodes.children.len() as u32, name);
         nodes.children.push(0..0);
         NodeId(nodes.children.len() as u32 - 1)

@@ -3,7 +3,9 @@
 //! The frame is right-handed: `right × up = -forward`. Perspective and calibrated rays have the
 //! direction `forward + x·right + y·up`, so that t is the depth along the view axis.
 
+use super::camera_motion::CameraMotions;
 use super::names::Names;
+use super::shutter::Shutter;
 use glam::DVec3;
 use thiserror::Error;
 
@@ -186,6 +188,18 @@ impl Camera {
         )
     }
 
+    /// Returns the camera as it is elsewhere, with all else its own.
+    pub(super) fn moved(&self, eye: DVec3, look_at: DVec3, up: DVec3) -> Camera {
+        let there = Camera::posed(eye, look_at - eye, up, self.projection);
+        Camera {
+            eye: there.eye,
+            right: there.right,
+            up: there.up,
+            forward: there.forward,
+            ..*self
+        }
+    }
+
     /// Builds a camera from the rows of world_from_camera, whose camera has x to the right, y
     /// down and z ahead. Returns `None` unless the first three columns are orthonormal within
     /// 1e-3 and right-handed; what they are off is taken from the picture's right and up.
@@ -241,6 +255,10 @@ pub struct Cameras {
     pub names: Names,
     /// Names of the nodes of a file that place the cameras, where these differ.
     pub node_names: Names,
+    /// The keys of the cameras that move.
+    pub motions: CameraMotions,
+    /// Rows of the cameras that have a shutter, rising, and the shutters.
+    pub shutters: Vec<(u32, Shutter)>,
 }
 
 /// A camera that was asked for and is not there.
@@ -252,6 +270,21 @@ pub struct UnknownCamera {
 }
 
 impl Cameras {
+    /// Sets the cameras that move to a time.
+    pub(super) fn set_time(&mut self, time: f64) {
+        for row in 0..self.motions.of.len() {
+            let camera = &mut self.rows[self.motions.of[row] as usize];
+            *camera = self.motions.at(row, camera, time);
+        }
+    }
+
+    /// Returns the shutter of the camera of a row, if it has one.
+    pub fn shutter(&self, row: usize) -> Option<Shutter> {
+        let mut shutters = self.shutters.iter();
+        let found = shutters.find(|(of, _)| *of as usize == row);
+        found.map(|(_, shutter)| *shutter)
+    }
+
     /// Finds the row of the camera of a name, or else of a node's name, or else of a number
     /// from 0; the first if none is asked for. Returns `None` if none is asked for and there is none.
     pub fn pick(&self, asked: Option<&str>) -> Result<Option<usize>, UnknownCamera> {

@@ -77,6 +77,18 @@ pub enum SceneError {
     )]
     SingularMotion { what: Entity, time: f64 },
     #[error(
+        "{what} mirrors at one key and not at the next, and at time {time:.6} in between it would \
+         be flat: use negative scales at both or at none"
+    )]
+    MirroredMotion { what: Entity, time: f64 },
+    #[error(
+        "{what} deforms, and at time {time} it has other vertices, normals or triangles than at \
+         time 0; all its meshes must have the same, at other places"
+    )]
+    OtherMesh { what: Entity, time: f64 },
+    #[error("at time {time:.6} {what} looks nowhere: its eye meets the point that it looks at")]
+    BlindCamera { what: Entity, time: f64 },
+    #[error(
         "at time {time} {what} is placed by a transform that becomes singular or infinite \
          together with those above it"
     )]
@@ -231,6 +243,9 @@ impl SceneError {
             | SceneError::SingularTransform { what }
             | SceneError::SingularPath { what }
             | SceneError::SingularMotion { what, .. }
+            | SceneError::MirroredMotion { what, .. }
+            | SceneError::BlindCamera { what, .. }
+            | SceneError::OtherMesh { what, .. }
             | SceneError::SingularPathAt { what, .. }
             | SceneError::NotFinite { what, .. }
             | SceneError::OutOfRange { what, .. }

@@ -39,6 +39,10 @@ impl Scene {
                 *half_height *= scale;
             }
         }
+        for key in &mut tables.cameras.motions.keys {
+            key.eye = key.eye * scale + offset;
+            key.look_at = key.look_at * scale + offset;
+        }
         check(&mut tables)?;
         let tables = Arc::new(tables);
         Ok(Scene { tables })
@@ -50,7 +54,7 @@ fn lift(tables: &mut Tables, place: Affine) {
     if tables.roots.is_empty() {
         return;
     }
-    let roots = std::mem::take(&mut tables.roots);
+    let roots = std::mem::take(&mut *tables.roots);
     let first = tables.edges.len() as u32;
     for row in 0..roots.len() {
         tables.edges.push(roots.row(row));
@@ -61,7 +65,7 @@ fn lift(tables: &mut Tables, place: Affine) {
     let transform = tables.transforms.push(place);
     let mut instances = Edges::default();
     instances.push(Edge::node(node).transform(transform));
-    tables.roots = instances;
+    tables.roots = instances.into();
     tables.root_names = Names::default();
 }
 

@@ -113,6 +113,19 @@ impl Meshes {
         }
     }
 
+    /// Returns a mesh's vertices and its normals, none if it has none, to write to.
+    pub(super) fn vertices_mut(&mut self, id: MeshId) -> (&mut [[f32; 3]], &mut [[f32; 3]]) {
+        let Range { start, end } = self.vertices_of[id.index()];
+        let normals = match self.normals_of[id.index()] {
+            Some(first) => first as usize..(first + end - start) as usize,
+            None => 0..0,
+        };
+        (
+            &mut self.positions[start as usize..end as usize],
+            &mut self.normals[normals],
+        )
+    }
+
     pub fn len(&self) -> usize {
         self.center.len()
     }

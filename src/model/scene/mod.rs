@@ -6,6 +6,7 @@
 
 mod builder;
 mod builtin;
+mod camera_motion;
 mod cameras;
 mod check;
 mod conditioning;
@@ -13,6 +14,7 @@ mod csg_bounds;
 mod csg_solid;
 mod csg_tables;
 mod defaults;
+mod deformation;
 mod error;
 mod global_transform;
 mod graph_order;
@@ -27,7 +29,10 @@ mod names;
 mod nodes;
 mod paths;
 mod primitives;
+mod rigid;
 mod shapes;
+mod shared;
+mod shutter;
 mod studio;
 mod tables;
 mod transforms;
@@ -37,6 +42,7 @@ pub use crate::csg::Operator;
 pub use crate::geom::face::{Face, FaceKey};
 pub use builder::SceneBuilder;
 pub use builtin::builtin;
+pub use camera_motion::{CameraKey, CameraMotions};
 pub use cameras::{Calibration, Camera, Cameras, FisheyeMapping, Lens, Projection, UnknownCamera};
 pub use conditioning::Conditioning;
 pub use csg_bounds::operand_bounds;
@@ -44,6 +50,7 @@ pub use csg_solid::operands_first;
 pub use csg_solid::{CsgOperand, CsgSolid, Frame, MAX_OPERANDS, MAX_SURFACES};
 pub use csg_tables::{CsgTables, Operand};
 pub use defaults::{default_camera, default_lights, framed_bounds};
+pub use deformation::Deformations;
 pub use error::{Entity, EntityKind, SceneError};
 pub use graph_order::{children_first, used_nodes};
 pub use hull::coarse_corners;
@@ -55,11 +62,13 @@ pub use lights::{Environment, Falloff, Light};
 pub use materials::{Layers, Material, Materials, Model, Rgb};
 pub use meshes::far_center;
 pub use meshes::{Mesh, MeshData, Meshes};
-pub use motion::{Key, Motions};
+pub use motion::{Interpolation, Key, Motions};
 pub use names::Names;
 pub use nodes::{Edge, Edges, Nodes, Target};
 pub use primitives::{faces_of, shape_bounds, shape_center};
 pub use shapes::{Shape, Shapes};
+pub use shared::Shared;
+pub use shutter::{Shutter, ShutterShape};
 pub use studio::studio;
 pub use tables::Tables;
 pub use transforms::Transforms;
@@ -86,14 +95,26 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Returns the scene at a time of its motion, from 0 to 1. The transforms that move and
-    /// their inverses are computed again; the other tables stay, or are copied if a clone
-    /// shares them. Returns an error where paths become singular at that time; single
-    /// motions never do.
+    /// Returns the scene at a time of its motion, from 0 to 1. The transforms that move, their
+    /// inverses, the meshes that deform and the cameras that move are computed again; the other tables stay, and of
+    /// those that a clone shares, the small ones are copied. Returns an error where paths become
+    /// singular at that time, which single motions never do, or where a camera looks nowhere.
     pub fn at(mut self, time: f64) -> Result<Scene, SceneError> {
         if !self.transforms.motions.is_empty() {
             Arc::make_mut(&mut self.tables).transforms.set_time(time);
             check::at_time(&self.tables, time)?;
+        }
+        if !self.deformations.is_empty() {
+            let Tables {
+                deformations,
+                meshes,
+                ..
+            } = Arc::make_mut(&mut self.tables);
+            deformations.set_time(meshes, time);
+        }
+        if !self.cameras.motions.is_empty() {
+            Arc::make_mut(&mut self.tables).cameras.set_time(time);
+            check::cameras_at_time(&self.tables, time)?;
         }
         Ok(self)
     }
@@ -109,9 +130,11 @@ impl Scene {
         Ok(self)
     }
 
-    /// Says whether any transform moves.
+    /// Says whether any transform, mesh or camera moves.
     pub fn moves(&self) -> bool {
         !self.transforms.motions.is_empty()
+            || !self.deformations.is_empty()
+            || !self.cameras.motions.is_empty()
     }
 
     /// Returns the scene and its camera of row `camera`. Default view and lights replace

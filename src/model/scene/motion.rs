@@ -1,12 +1,13 @@
 //! Transforms that move: keys over the time of a sequence, from 0 to 1.
 //!
-//! At a key the matrix is the key's own, bit by bit. Between two keys every element is
-//! interpolated linearly, `a·(1 − s) + b·s`. Before the first key comes the row's transform
-//! at time 0; after the last key nothing changes. So points move along straight lines, and
-//! a rotation needs a key every few degrees: halfway between two keys that are an angle φ
-//! apart, a rotated shape has shrunk to cos(φ/2).
+//! At a key the matrix is the key's own, bit by bit. Before the first key comes the row's
+//! transform at time 0; after the last key nothing changes, nor before time 0. Between two keys
+//! a linear row has every element interpolated, `a·(1 − s) + b·s`. So points move along
+//! straight lines, and a rotation needs a key every few degrees: halfway between two keys that
+//! are an angle φ apart, a rotated shape has shrunk to cos(φ/2). A rigid row turns evenly
+//! instead (`rigid.rs`).
 //!
-//! The determinant is a cubic in s. Where the signs of its Bernstein coefficients agree it
+//! The determinant of a linear row is a cubic in s. Where the signs of its Bernstein coefficients agree it
 //! has no root, because a polynomial lies in the hull of its coefficients. Otherwise the
 //! interval is halved until they agree, or until a time is left at which the motion is
 //! singular to within rounding, which the scene's check refuses
@@ -14,6 +15,7 @@
 //! touches 0.
 
 use super::ids::TransformId;
+use super::rigid::Pose;
 use crate::math::Affine;
 use std::ops::Range;
 
@@ -26,6 +28,20 @@ pub struct Key {
     pub local: Affine,
 }
 
+/// How a transform goes from key to key.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Interpolation {
+    /// Every element of the matrix goes straight.
+    #[default]
+    Linear,
+    /// Translation and stretch go straight, and what turns turns evenly, less than half a turn
+    /// from key to key.
+    Rigid,
+}
+
+/// Stands for the poses of rows that have none.
+const NO_POSES: u32 = u32::MAX;
+
 /// The keys of all rows of [`Transforms`](super::Transforms) that move.
 #[derive(Clone, Debug, Default)]
 pub struct Motions {
@@ -34,10 +50,19 @@ pub struct Motions {
     /// Per row: its range of `keys`, with the first key at time 0.
     pub ranges: Vec<Range<u32>>,
     pub keys: Vec<Key>,
+    /// Per row: the first of its `poses`, one a key, if it is rigid.
+    first_pose: Vec<u32>,
+    poses: Vec<Pose>,
 }
 
 impl Motions {
-    pub(super) fn push(&mut self, of: TransformId, start: Affine, keys: &[Key]) {
+    pub(super) fn push(
+        &mut self,
+        of: TransformId,
+        start: Affine,
+        keys: &[Key],
+        interpolation: Interpolation,
+    ) {
         let first = self.keys.len() as u32;
         self.keys.push(Key {
             at: 0.0,
@@ -46,6 +71,15 @@ impl Motions {
         self.keys.extend_from_slice(keys);
         self.of.push(of);
         self.ranges.push(first..self.keys.len() as u32);
+        self.first_pose.push(match interpolation {
+            Interpolation::Linear => NO_POSES,
+            Interpolation::Rigid => self.poses.len() as u32,
+        });
+        if interpolation == Interpolation::Rigid {
+            let keys = &self.keys[first as usize..];
+            self.poses
+                .extend(keys.iter().map(|key| Pose::of(&key.local)));
+        }
     }
 
     pub fn is_empty(&self) -> bool {
@@ -58,27 +92,55 @@ impl Motions {
         &self.keys[range.start as usize..range.end as usize]
     }
 
-    /// Returns the keys of a transform, if it moves.
-    pub fn of_transform(&self, id: TransformId) -> Option<&[Key]> {
+    /// Returns the poses of a row's keys, none if it is linear.
+    fn poses(&self, row: usize) -> &[Pose] {
+        match self.first_pose[row] {
+            NO_POSES => &[],
+            first => &self.poses[first as usize..][..self.ranges[row].len()],
+        }
+    }
+
+    /// Says whether a row is interpolated rigidly.
+    pub(super) fn is_rigid(&self, row: usize) -> bool {
+        self.first_pose[row] != NO_POSES
+    }
+
+    /// Returns the row of a transform, if it moves.
+    pub fn row_of(&self, id: TransformId) -> Option<usize> {
         // Rows are added in rising order.
-        let row = self.of.binary_search(&id).ok()?;
-        Some(self.keys(row))
+        self.of.binary_search(&id).ok()
     }
 
     /// Lists every transform that moves, with its matrix at a time.
     pub fn at(&self, time: f64) -> impl Iterator<Item = (TransformId, Affine)> {
         let rows = self.of.iter().enumerate();
-        rows.map(move |(row, of)| (*of, between(self.keys(row), time)))
+        rows.map(move |(row, of)| (*of, between(self.keys(row), self.poses(row), time)))
+    }
+
+    /// Returns a time between a row's keys at which its matrix is singular to within rounding.
+    /// The keys' own matrices are regular.
+    pub(super) fn singular_time(&self, row: usize) -> Option<f64> {
+        let keys = self.keys(row);
+        match self.poses(row) {
+            [] => singular_time(keys),
+            poses => {
+                let turns_over = |pair: &[Pose]| pair[0].mirrors() != pair[1].mirrors();
+                let from = poses.windows(2).position(turns_over)?;
+                Some(0.5 * (keys[from].at + keys[from + 1].at))
+            }
+        }
     }
 
     pub fn bytes(&self) -> usize {
-        self.of.len() * (size_of::<TransformId>() + size_of::<Range<u32>>())
+        self.of.len() * (size_of::<TransformId>() + size_of::<Range<u32>>() + size_of::<u32>())
             + self.keys.len() * size_of::<Key>()
+            + self.poses.len() * size_of::<Pose>()
     }
 }
 
-/// Interpolates the keys at a time; times outside take the nearest key's matrix.
-fn between(keys: &[Key], time: f64) -> Affine {
+/// Interpolates the keys at a time, rigidly if they have poses; times outside take the nearest
+/// key's matrix.
+fn between(keys: &[Key], poses: &[Pose], time: f64) -> Affine {
     let after = keys.partition_point(|key| key.at <= time);
     let (Some(a), Some(b)) = (keys.get(after.wrapping_sub(1)), keys.get(after)) else {
         // Before the first key, or from the last one on.
@@ -89,7 +151,15 @@ fn between(keys: &[Key], time: f64) -> Affine {
     if time == a.at {
         return a.local;
     }
-    interpolate(&a.local, &b.local, (time - a.at) / (b.at - a.at))
+    let s = (time - a.at) / (b.at - a.at);
+    let straight = interpolate(&a.local, &b.local, s);
+    match poses {
+        [] => straight,
+        _ => Affine::new(
+            poses[after - 1].towards(&poses[after], s),
+            straight.translation,
+        ),
+    }
 }
 
 fn interpolate(a: &Affine, b: &Affine, s: f64) -> Affine {
@@ -104,9 +174,8 @@ fn interpolate(a: &Affine, b: &Affine, s: f64) -> Affine {
 /// The length of a part of a segment below which a possible root counts as one.
 const FINEST: f64 = 1.0 / (1 << 20) as f64;
 
-/// Returns a time between the keys at which the matrix is singular to within rounding. The
-/// keys' own matrices are regular.
-pub(super) fn singular_time(keys: &[Key]) -> Option<f64> {
+/// Returns a time at which keys that are interpolated linearly give a singular matrix.
+fn singular_time(keys: &[Key]) -> Option<f64> {
     keys.windows(2).find_map(|pair| {
         let (a, b) = (&pair[0], &pair[1]);
         if a.local.linear() == b.local.linear() {
@@ -224,23 +293,52 @@ mod tests {
             .map(|at| key(at, turn(37.0 * at) * moved(at / 3.0)))
             .collect();
         for k in &keys {
-            assert_eq!(between(&keys, k.at), k.local);
+            assert_eq!(between(&keys, &[], k.at), k.local);
         }
-        assert_eq!(between(&keys, -1.0), keys[0].local);
-        assert_eq!(between(&keys, 2.0), keys[4].local);
+        assert_eq!(between(&keys, &[], -1.0), keys[0].local);
+        assert_eq!(between(&keys, &[], 2.0), keys[4].local);
         // A single key holds until the end.
-        assert_eq!(between(&keys[..2], 0.9), keys[1].local);
+        assert_eq!(between(&keys[..2], &[], 0.9), keys[1].local);
     }
 
     #[test]
     fn every_element_goes_straight() {
         let keys = [key(0.0, moved(1.0)), key(0.5, moved(3.0))];
-        assert_eq!(between(&keys, 0.25), moved(2.0).into());
+        assert_eq!(between(&keys, &[], 0.25), moved(2.0).into());
         let keys = [key(0.0, turn(0.0)), key(1.0, turn(90.0))];
-        let half = between(&keys, 0.5);
+        let half = between(&keys, &[], 0.5);
         assert!((half.linear()[0][0] - 0.5).abs() < 1e-15);
         assert!((half.linear()[0][1] - 0.5).abs() < 1e-15);
         assert_eq!(half.linear()[2], [0.0, 0.0, 1.0]);
+    }
+
+    #[test]
+    fn rigid_keys_are_met_exactly_and_turn_evenly() {
+        let keys: Vec<Key> = [0.2, 0.5, 1.0]
+            .into_iter()
+            .map(|at| key(at, turn(170.0 * at) * moved(at / 3.0)))
+            .collect();
+        let mut motions = Motions::default();
+        let start = turn(-90.0).into();
+        motions.push(TransformId(1), start, &keys, Interpolation::Rigid);
+        let at = |time| motions.at(time).next().unwrap().1;
+        for k in motions.keys(0) {
+            assert_eq!(at(k.at), k.local);
+        }
+        assert_eq!(at(-3.0), start);
+        assert_eq!(at(2.0), keys[2].local);
+        let expected: Affine = turn(170.0 * 0.75).into();
+        for c in 0..3 {
+            for r in 0..3 {
+                let (is, should) = (at(0.75).linear()[c][r], expected.linear()[c][r]);
+                assert!((is - should).abs() < 1e-15, "{c} {r}");
+            }
+        }
+        assert_eq!(motions.singular_time(0), None);
+        let mirror = DAffine3::from_scale(DVec3::new(1.0, 1.0, -2.0));
+        let keys = [key(0.5, turn(180.0)), key(1.0, mirror)];
+        motions.push(TransformId(2), start, &keys, Interpolation::Rigid);
+        assert_eq!(motions.singular_time(1), Some(0.75));
     }
 
     #[test]

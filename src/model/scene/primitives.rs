@@ -124,6 +124,9 @@ impl Tables {
     /// Returns why a shape cannot be an operand of CSG, as far as its row tells.
     pub fn no_inside(&self, shape: Shape) -> Option<&'static str> {
         match shape {
+            Shape::Mesh(id) if self.deformations.has(id) => {
+                Some("it deforms, and nobody follows its inside")
+            }
             Shape::Mesh(id) => self.meshes.open[id.index()].then_some(geom::primitive::OPEN),
             shape => of_primitive!(self, shape, (table, id) => table.no_inside(id), None),
         }

@@ -2,12 +2,14 @@
 
 use super::cameras::{Camera, Cameras};
 use super::csg_tables::CsgTables;
+use super::deformation::Deformations;
 use super::lights::{Environment, Light};
 use super::materials::{Materials, Rgb};
 use super::meshes::Meshes;
 use super::names::Names;
 use super::nodes::{Edges, Nodes};
 use super::shapes::{Shape, Shapes};
+use super::shared::Shared;
 use super::transforms::Transforms;
 use crate::geom::kinds::for_each_kind;
 
@@ -17,17 +19,19 @@ macro_rules! tables {
         #[derive(Clone, Debug, Default)]
         pub struct Tables {
             pub transforms: Transforms,
-            pub nodes: Nodes,
+            pub nodes: Shared<Nodes>,
             /// The children of all nodes.
-            pub edges: Edges,
+            pub edges: Shared<Edges>,
             /// The roots of the graph, which scene files list as instances.
-            pub roots: Edges,
+            pub roots: Shared<Edges>,
             /// The names of the roots, by row of `roots`.
             pub root_names: Names,
 
             pub shapes: Shapes,
             $(pub $field: crate::geom::$table,)*
-            pub meshes: Meshes,
+            pub meshes: Shared<Meshes>,
+            /// The keys of the meshes that deform.
+            pub deformations: Shared<Deformations>,
             pub csg: CsgTables,
 
             pub materials: Materials,
@@ -50,6 +54,7 @@ macro_rules! tables {
                     ("shapes", self.shapes.bytes()),
                     $((stringify!($field), self.$field.bytes()),)*
                     ("meshes", self.meshes.bytes()),
+                    ("deformations", self.deformations.bytes()),
                     ("CSG solids", self.csg.bytes()),
                     ("materials", self.materials.bytes()),
                     ("lights", self.lights.len() * size_of::<Light>()),

@@ -5,7 +5,7 @@
 //! their `local` is the transform at the tables' time, which is 0 at first.
 
 use super::ids::TransformId;
-use super::motion::{Key, Motions};
+use super::motion::{Interpolation, Key, Motions};
 use crate::math::Affine;
 
 #[derive(Clone, Debug)]
@@ -37,9 +37,14 @@ impl Transforms {
 
     /// Adds a row that is `local` at time 0 and moves through the keys, which are sorted by
     /// time. It is never row 0, whatever `local` is.
-    pub fn push_moving(&mut self, local: Affine, keys: &[Key]) -> TransformId {
+    pub fn push_moving(
+        &mut self,
+        local: Affine,
+        keys: &[Key],
+        interpolation: Interpolation,
+    ) -> TransformId {
         let id = self.add(local);
-        self.motions.push(id, local, keys);
+        self.motions.push(id, local, keys, interpolation);
         id
     }
 

@@ -40,22 +40,39 @@ impl Luminaires {
         lights: &[Light],
         environment: Option<&Environment>,
     ) -> Luminaires {
-        let mut all = Gathered::default();
-        all.rows.extend(lights.iter().map(Emitter::from));
-        let shines = |material: &Material| material.sampled_emission() != [0.0; 3];
-        let materials = &scene.materials.rows;
-        if materials.iter().any(shines) && instances.check_enumerable().is_ok() {
-            for (id, instance) in instances.iter(scene).enumerate() {
-                let shape = scene.shapes.row(instance.shape);
-                let place = &instance.world_from_object;
-                all.add_instance(scene, id as u64, (shape, place), instance.material);
-            }
-        }
+        let all = Gathered::of((scene, instances), lights);
         Luminaires {
             emitters: Emitters::new(all.rows, environment, scene.background),
             owners: all.owners,
             unsampled: all.unsampled,
         }
+    }
+
+    /// Returns the luminaires of the same scene at another time, under the same sky; `None` if
+    /// none has moved.
+    pub fn at_time(
+        &self,
+        (before, instances_before): (&Tables, &Instances),
+        (scene, instances): (&Tables, &Instances),
+    ) -> Option<Luminaires> {
+        let stays = |id: &u64| {
+            let shape = instances.get(scene, *id).shape;
+            if matches!(scene.shapes.row(shape), Shape::Mesh(mesh) if scene.deformations.has(mesh))
+            {
+                return false;
+            }
+            let [a, b] = [(before, instances_before), (scene, instances)];
+            a.1.object_from_world(a.0, *id) == b.1.object_from_world(b.0, *id)
+        };
+        if self.owners.keys().all(stays) {
+            return None;
+        }
+        let all = Gathered::of((scene, instances), &scene.lights);
+        Some(Luminaires {
+            emitters: self.emitters.under_same_sky(all.rows),
+            owners: all.owners,
+            unsampled: all.unsampled,
+        })
     }
 
     /// Returns a sky of radiance 1 and nothing else.
@@ -96,6 +113,21 @@ struct Gathered {
 }
 
 impl Gathered {
+    fn of((scene, instances): (&Tables, &Instances), lights: &[Light]) -> Gathered {
+        let mut all = Gathered::default();
+        all.rows.extend(lights.iter().map(Emitter::from));
+        let shines = |material: &Material| material.sampled_emission() != [0.0; 3];
+        let materials = &scene.materials.rows;
+        if materials.iter().any(shines) && instances.check_enumerable().is_ok() {
+            for (id, instance) in instances.iter(scene).enumerate() {
+                let shape = scene.shapes.row(instance.shape);
+                let place = &instance.world_from_object;
+                all.add_instance(scene, id as u64, (shape, place), instance.material);
+            }
+        }
+        all
+    }
+
     fn add_instance(
         &mut self,
         scene: &Tables,

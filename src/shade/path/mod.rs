@@ -24,7 +24,7 @@ pub use media::MediaField;
 pub use record::{PathLight, PathVertex};
 pub use state::Media;
 
-use super::columns::STEP;
+use super::columns::{STEP, Singles};
 use super::hit_buffer::HitBuffer;
 use super::hits::fill_hit_buffer;
 use super::ray_queue::{BATCH, RayQueue};
@@ -32,6 +32,7 @@ use super::statistics::{Statistics, count_rays};
 use crate::accel::World;
 use crate::light::bsdf::Bsdf;
 use crate::light::sampler::Sampler;
+use crate::math::lanes::{Lanes, Words};
 use crate::plan::Kernels;
 use crate::scene::{Material, MaterialId, Rgb};
 use crate::trace::{HitId, RayKind, ShadowCache, Solids, TraceScratch};
@@ -286,6 +287,37 @@ impl<'b> PathScratch<'b> {
     }
 }
 
+/// Which sample of its pixel each path is.
+#[derive(Clone, Copy, Debug)]
+pub enum SampleNumbers<'a> {
+    /// All paths are this one.
+    One(u32),
+    /// By the row of a path's slot.
+    Each(&'a [u32]),
+}
+
+impl SampleNumbers<'_> {
+    /// Returns the number of the sample with a row of the slots.
+    #[inline(always)]
+    fn of(self, row: u32) -> u32 {
+        match self {
+            SampleNumbers::One(sample) => sample,
+            SampleNumbers::Each(numbers) => numbers[row as usize],
+        }
+    }
+
+    /// Returns the numbers of a step of paths; `row` returns the row of a lane's slot.
+    #[inline(always)]
+    fn of_step(self, row: impl Fn(usize) -> u32) -> <Singles as Lanes>::Words {
+        match self {
+            SampleNumbers::One(sample) => Words::splat(sample),
+            SampleNumbers::Each(numbers) => Words::load(&std::array::from_fn::<_, STEP, _>(|i| {
+                numbers[row(i) as usize]
+            })),
+        }
+    }
+}
+
 /// A path tracer of one picture.
 pub struct PathTracer<'w> {
     pub world: &'w World,
@@ -322,11 +354,11 @@ const ROULETTE_DEPTH: u32 = 3;
 
 impl PathTracer<'_> {
     /// Adds the radiance of the camera rays in `scratch` to `slots`, one row per pixel of the
-    /// tile. `sample` is the number of their sample.
+    /// tile and sample.
     pub fn run(
         &self,
         scratch: &mut PathScratch,
-        sample: u32,
+        samples: SampleNumbers,
         slots: &mut [Slot],
         cache: &mut ShadowCache,
         statistics: &mut Statistics,
@@ -337,7 +369,7 @@ impl PathTracer<'_> {
                 return;
             }
             scratch.waves[1].clear();
-            self.wave((sample, depth), scratch, slots, cache, statistics);
+            self.wave((samples, depth), scratch, slots, cache, statistics);
             scratch.waves.swap(0, 1);
         }
     }
@@ -345,7 +377,7 @@ impl PathTracer<'_> {
     /// Traces and shades the rays of a depth, and queues those of the next.
     fn wave(
         &self,
-        (sample, depth): (u32, u32),
+        (samples, depth): (SampleNumbers, u32),
         scratch: &mut PathScratch,
         slots: &mut [Slot],
         cache: &mut ShadowCache,
@@ -398,7 +430,7 @@ impl PathTracer<'_> {
             let same = same.count();
             let hits: [u32; STEP] = std::array::from_fn(|i| scratch.order[first + i.min(same - 1)]);
             self.scatter(
-                (sample, depth),
+                (samples, depth),
                 (wave, buffer),
                 (&hits, same, self.materials.number(material)),
                 (next, &mut scratch.lights, &mut scratch.cached),
@@ -461,7 +493,7 @@ impl PathTracer<'_> {
 /// balance heuristic has nearly twice the variance. An infinite density is that of a mirror,
 /// which no other competes with.
 #[inline(always)]
-fn share<L: crate::math::lanes::Lanes<Scalar = f32>>(own: L, other: L) -> L {
+fn share<L: Lanes<Scalar = f32>>(own: L, other: L) -> L {
     let one = L::splat(1.0);
     let ratio = other / own;
     let share = one / (one + ratio * ratio);

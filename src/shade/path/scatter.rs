@@ -4,7 +4,7 @@ use super::cache::{CacheColumns, UseMode};
 use super::emission::narrow;
 use super::shadows::{BODY_END, LightRays};
 use super::state::{Media, Paths};
-use super::{Look, PathTracer, ROULETTE_DEPTH, share};
+use super::{Look, PathTracer, ROULETTE_DEPTH, SampleNumbers, share};
 use crate::light::bsdf::Sampled;
 use crate::light::sampling::Frame;
 use crate::math::lanes::{Lanes, Mask, Words};
@@ -52,7 +52,7 @@ impl PathTracer<'_> {
     /// for each, and the ray that the path goes on with.
     pub(super) fn scatter(
         &self,
-        (sample, depth): (u32, u32),
+        (numbers, depth): (SampleNumbers, u32),
         (wave, buffer): (&Paths, &HitBuffer),
         (hits, count, number): (&[u32; STEP], usize, u32),
         (next, lights, cached): (&mut Paths, &mut LightRays, &mut CacheColumns),
@@ -70,12 +70,13 @@ impl PathTracer<'_> {
             spot.curved = lift.max_abs().gt(Doubles::zero()).bits() & spot.lanes;
         }
         let keys = Words::load(&spot.rays.map(|ray| wave.key[ray as usize]));
+        let samples = numbers.of_step(|i| wave.rays.pixel[spot.rays[i] as usize]);
         let mut displaced = 0;
         if look.has_medium() {
-            displaced = self.enter_media(&mut spot, (wave, sample), (buffer, number), trace);
+            displaced = self.enter_media(&mut spot, (wave, numbers), (buffer, number), trace);
         }
         let [u, v, mut lobe, roulette]: [Singles; 4] =
-            self.sampler.pad(keys, Words::splat(sample), 2 + 2 * depth);
+            self.sampler.pad(keys, samples, 2 + 2 * depth);
         let mut passing = displaced;
         if opacity < 1.0 {
             let opacity = Singles::splat(opacity);
@@ -109,7 +110,7 @@ impl PathTracer<'_> {
         }
         let is_probe = matches!(&self.cache, Some(cache) if cache.mode == UseMode::Probe);
         if !look.bsdf.only_delta && !self.luminaires.emitters.is_empty() && !is_probe {
-            let numbers = self.sampler.pad(keys, Words::splat(sample), 3 + 2 * depth);
+            let numbers = self.sampler.pad(keys, samples, 3 + 2 * depth);
             self.aim(wave, look, &spot, numbers, (buffer, lights));
         }
         let looks = look.bsdf.looks();
@@ -119,7 +120,7 @@ impl PathTracer<'_> {
         let mut onward = None;
         if let Some(cache) = &self.cache {
             let taken = self.take_cached(cache, (wave, buffer), (look, &spot), cached, || {
-                let [.., survives] = self.sampler.pad(keys, Words::splat(sample), 3 + 2 * depth);
+                let [.., survives] = self.sampler.pad(keys, samples, 3 + 2 * depth);
                 survives
             });
             if is_probe {
@@ -361,7 +362,7 @@ impl PathTracer<'_> {
     fn enter_media(
         &self,
         spot: &mut Spot,
-        (wave, sample): (&Paths, u32),
+        (wave, numbers): (&Paths, SampleNumbers),
         (buffer, number): (&HitBuffer, u32),
         trace: &mut TraceScratch,
     ) -> u32 {
@@ -390,6 +391,7 @@ impl PathTracer<'_> {
             let mut channel = 1;
             if near != far && (self.materials.disperses(near) || self.materials.disperses(far)) {
                 let weight = wave.rays.weight.row(ray);
+                let sample = numbers.of(wave.rays.pixel[ray]);
                 channel = self.channel_of(weight, (wave.key[ray], sample));
                 let alone = weight.iter().filter(|part| **part > 0.0).count() < 2;
                 for (k, share) in share.iter_mut().enumerate() {

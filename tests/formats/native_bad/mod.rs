@@ -8,6 +8,7 @@ use std::time::Instant;
 mod files;
 mod numbers;
 mod polynomials;
+mod shutters;
 
 /// Loads and gives the message; fails if the file is accepted or takes long.
 fn refusal(path: &Path, what: &str) -> String {

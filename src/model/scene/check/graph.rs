@@ -2,10 +2,10 @@
 //! regular, alone and along every path.
 
 use super::entities::{operand_entity, shape_entity, shortened};
+use crate::scene::Motions;
 use crate::scene::error::{Entity, EntityKind, SceneError};
 use crate::scene::graph_order::children_first;
 use crate::scene::ids::{ShapeId, TransformId};
-use crate::scene::motion::{Key, singular_time};
 use crate::scene::nodes::Target;
 use crate::scene::{Edges, Tables};
 
@@ -145,8 +145,9 @@ pub(super) fn transforms(scene: &Tables) -> Result<(), SceneError> {
                     what: what(i as u32),
                 });
             }
-            if let Some(keys) = scene.transforms.motions.of_transform(edges.transform[i]) {
-                motion(keys, &|| what(i as u32))?;
+            let motions = &scene.transforms.motions;
+            if let Some(row) = motions.row_of(edges.transform[i]) {
+                motion(motions, row, &|| what(i as u32))?;
             }
         }
         Ok(())
@@ -171,7 +172,8 @@ pub(super) fn transforms(scene: &Tables) -> Result<(), SceneError> {
 }
 
 /// Checks the keys of a motion, and that it is regular between them.
-fn motion(keys: &[Key], what: &dyn Fn() -> Entity) -> Result<(), SceneError> {
+fn motion(motions: &Motions, row: usize, what: &dyn Fn() -> Entity) -> Result<(), SceneError> {
+    let keys = motions.keys(row);
     let mut last = 0.0;
     // The first key is the transform itself, which is already checked.
     for key in &keys[1..] {
@@ -196,7 +198,10 @@ fn motion(keys: &[Key], what: &dyn Fn() -> Entity) -> Result<(), SceneError> {
             return Err(SceneError::SingularMotion { what: what(), time });
         }
     }
-    match singular_time(keys) {
+    match motions.singular_time(row) {
+        Some(time) if motions.is_rigid(row) => {
+            Err(SceneError::MirroredMotion { what: what(), time })
+        }
         Some(time) => Err(SceneError::SingularMotion { what: what(), time }),
         None => Ok(()),
     }

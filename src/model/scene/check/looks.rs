@@ -2,7 +2,9 @@
 
 use super::numbers::{finite, finite3, require};
 use crate::scene::error::{Entity, EntityKind, SceneError};
-use crate::scene::{Calibration, Lens, Light, Material, Model, Projection, Tables};
+use crate::scene::{
+    Calibration, Lens, Light, Material, Model, Projection, Shutter, ShutterShape, Tables,
+};
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
 
@@ -215,9 +217,7 @@ pub(super) fn lights(scene: &Tables) -> Result<(), SceneError> {
 
 pub(super) fn cameras(scene: &Tables) -> Result<(), SceneError> {
     for (i, camera) in scene.cameras.rows.iter().enumerate() {
-        let row = i as u32;
-        let label = || format!("camera {}", scene.cameras.names.label(row));
-        let what = || Entity::new(EntityKind::Camera, row, label());
+        let what = || camera_entity(scene, i as u32);
         finite3(what, "eye", camera.eye)?;
         let axes = [camera.right, camera.up, camera.forward];
         if axes.iter().any(|a| !a.is_finite() || !a.is_normalized()) {
@@ -258,6 +258,63 @@ pub(super) fn cameras(scene: &Tables) -> Result<(), SceneError> {
             opening(lens, &camera.projection, what)?;
         }
     }
+    camera_motions(scene)?;
+    shutters(scene)
+}
+
+/// Checks the keys of cameras that move.
+fn camera_motions(scene: &Tables) -> Result<(), SceneError> {
+    let motions = &scene.cameras.motions;
+    for (row, of) in motions.of.iter().enumerate() {
+        let what = || camera_entity(scene, *of);
+        let keys = motions.keys(row);
+        let mut last = 0.0;
+        for (i, key) in keys.iter().enumerate() {
+            let in_order = if i == 0 { key.at == 0.0 } else { key.at > last };
+            let must = "above 0 and the key before, and at most 1";
+            require(
+                in_order && key.at <= 1.0,
+                what,
+                "at of a motion's key",
+                key.at,
+                must,
+            )?;
+            last = key.at;
+            finite3(what, "eye of a motion's key", key.eye)?;
+            finite3(what, "look_at of a motion's key", key.look_at)?;
+            finite3(what, "up of a motion's key", key.up)?;
+        }
+        let blind = |time| Err(SceneError::BlindCamera { what: what(), time });
+        for pair in keys.windows(2) {
+            let [a, b] = [0, 1].map(|i| pair[i].look_at - pair[i].eye);
+            // Where the way from one direction to the other passes nearest to none at all.
+            let along = b - a;
+            let s = (-a.dot(along) / along.length_squared()).clamp(0.0, 1.0);
+            let nearest = if s.is_finite() { a + along * s } else { a };
+            // Beyond rounding: a frame made of less would tremble.
+            if nearest.length() <= 1e-9 * a.length().max(b.length()) {
+                return blind(pair[0].at + s * (pair[1].at - pair[0].at));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Checks the shutters of cameras.
+fn shutters(scene: &Tables) -> Result<(), SceneError> {
+    for (of, shutter) in &scene.cameras.shutters {
+        let what = || camera_entity(scene, *of);
+        let Shutter { open, close, shape } = *shutter;
+        let finite = open.is_finite() && close.is_finite();
+        require(finite, what, "shutter's open", open, "finite, as close")?;
+        let must = "no less than open";
+        require(close >= open, what, "shutter's close", close, must)?;
+        if let ShutterShape::Trapezoid { rise, fall } = shape {
+            let ok = rise >= 0.0 && fall >= 0.0 && rise + fall <= 1.0;
+            let must = "0 or greater, as fall, and their sum at most 1";
+            require(ok, what, "shutter's rise", rise, must)?;
+        }
+    }
     Ok(())
 }
 
@@ -278,6 +335,19 @@ fn calibration(k: &Calibration, what: impl Fn() -> Entity) -> Result<(), SceneEr
         require(value.is_finite(), &what, field, value, "finite")?;
     }
     Ok(())
+}
+
+/// Checks the cameras of a moving scene at its time.
+pub(in crate::scene) fn cameras_at_time(scene: &Tables, time: f64) -> Result<(), SceneError> {
+    cameras(scene).map_err(|error| match error {
+        SceneError::Degenerate { what, .. } => SceneError::BlindCamera { what, time },
+        error => error,
+    })
+}
+
+fn camera_entity(scene: &Tables, row: u32) -> Entity {
+    let label = format!("camera {}", scene.cameras.names.label(row));
+    Entity::new(EntityKind::Camera, row, label)
 }
 
 /// Checks a lens.

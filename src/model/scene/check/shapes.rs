@@ -1,9 +1,9 @@
 //! The shapes' own numbers, kind by kind.
 
 use super::entities::shape_entity;
-use super::numbers::{finite, finite3};
+use super::numbers::{finite, finite3, require};
 use crate::scene::error::{Entity, SceneError};
-use crate::scene::{Shape, Tables};
+use crate::scene::{MeshId, Shape, Tables};
 
 pub(super) fn primitives(scene: &Tables) -> Result<(), SceneError> {
     for (i, shape) in (0..).zip(&scene.shapes.rows) {
@@ -109,7 +109,39 @@ pub(super) fn meshes(scene: &Tables) -> Result<(), SceneError> {
             }
         }
     }
-    Ok(())
+    deformations(scene)
+}
+
+/// Checks the keys of meshes that deform.
+fn deformations(scene: &Tables) -> Result<(), SceneError> {
+    let table = &scene.deformations;
+    let shape_of = |mesh: MeshId| {
+        let rows = scene.shapes.rows.iter();
+        let row = rows
+            .into_iter()
+            .position(|shape| *shape == Shape::Mesh(mesh));
+        shape_entity(scene, row.unwrap_or_default() as u32)
+    };
+    if let Some((mesh, time)) = table.unlike {
+        let what = shape_of(mesh);
+        return Err(SceneError::OtherMesh { what, time });
+    }
+    for (row, mesh) in table.of.iter().enumerate() {
+        let what = || shape_of(*mesh);
+        for pair in table.times(row).windows(2) {
+            let must = "above 0 and the key before, and at most 1";
+            let ok = pair[1] > pair[0] && pair[1] <= 1.0;
+            require(ok, what, "at of a mesh's key", pair[1], must)?;
+        }
+    }
+    match (table.numbers().all(f32::is_finite), table.of.first()) {
+        (false, Some(mesh)) => Err(SceneError::NotFinite {
+            what: shape_of(*mesh),
+            field: "a vertex or normal of a mesh's key",
+            value: "NaN or infinity".into(),
+        }),
+        _ => Ok(()),
+    }
 }
 
 #[cfg(test)]

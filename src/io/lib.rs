@@ -22,6 +22,7 @@
 use lanecast_model::{geom, scene};
 use lanecast_numerics::{math, roots};
 
+mod channels;
 mod environment_map;
 mod error;
 mod gltf;
@@ -39,10 +40,12 @@ mod rays;
 mod shared;
 mod stl;
 
+pub use channels::{Channel, ChannelPicture, Encoding, read_channels};
 pub use error::{LoadError, SaveError};
 pub use mitsuba::{MitsubaError, MitsubaPicture, MitsubaScene, mitsuba_scene};
 pub use native::json_schema;
 pub use parts::{Part, PartHeader};
+pub use png::encode as png_bytes;
 pub use polynomials::{KnownRoot, Listed, load_polynomials};
 pub use pov::{PovError, text as pov_text};
 pub use rays::{RaySet, TriangleSet};
@@ -51,7 +54,7 @@ pub use shared::import_report::ImportReport;
 pub use shared::merge_meshes::import_mesh;
 pub use shared::outputs::{Outputs, check_writable, discard_unfinished};
 pub use shared::picture::{AovSet, Picture, PictureFile, picture_files};
-pub use shared::srgb::SrgbEncoder;
+pub use shared::srgb::{SrgbEncoder, linear_from_srgb};
 pub use shared::view_transform::{Bits, Development, Tone};
 
 use crate::scene::{Edge, MeshData, Scene, SceneBuilder, SceneError};

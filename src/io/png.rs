@@ -11,7 +11,7 @@ use image::{ExtendedColorType, ImageEncoder};
 use std::path::Path;
 
 /// Develops and encodes a picture's colour; `path` is for messages only.
-pub(super) fn encode(
+pub fn encode(
     picture: &Picture,
     development: &Development,
     path: &Path,

@@ -4,10 +4,12 @@
 //! ignored. `render/config.rs` documents the options' meaning, `values.rs` their
 //! values.
 
+mod compare;
 mod development;
 mod light;
 mod values;
 
+pub use compare::CompareArgs;
 pub use light::needed_integrator;
 pub use values::Size;
 

@@ -4,13 +4,13 @@ use super::args::MergeArgs;
 use super::error::CliError;
 use super::interrupt;
 use super::output::{Results, check_destinations, printable_line};
-use crate::io::{AovSet, LoadError, Part, PartHeader, picture_files};
+use crate::io::{LoadError, Part, PartHeader, picture_files};
 use crate::render::Merge;
 use std::path::{Path, PathBuf};
 
 pub fn run(args: &MergeArgs) -> Result<(), CliError> {
     let development = args.development.checked(&args.output)?;
-    let files: Vec<PathBuf> = picture_files(&args.output, AovSet::default())
+    let files: Vec<PathBuf> = picture_files(&args.output, false)
         .map_err(|e| CliError::Usage(e.to_string()))?
         .into_iter()
         .map(|(path, _)| path)

@@ -21,6 +21,7 @@ mod interrupt;
 mod measure;
 mod memory;
 mod merge;
+mod metadata;
 mod output;
 mod part;
 mod pipeline;

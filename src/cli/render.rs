@@ -5,10 +5,10 @@ use super::error::CliError;
 use super::output::{Results, check_destinations, complain, printable_line};
 use super::pipeline::{complete, load, named, warn_of_losses};
 use super::progress::rate;
-use super::{frames, ground, interrupt, memory, part};
+use super::{frames, ground, interrupt, memory, metadata, part};
 use crate::io::picture_files;
 use crate::measure::{PictureSize, Stats, Watch};
-use crate::render::{Integrator, RenderConfig, Rendered, View, legend};
+use crate::render::{Backdrop, Integrator, RenderConfig, Rendered, View, legend};
 use std::path::{Path, PathBuf};
 
 pub fn run(args: &RenderArgs) -> Result<(), CliError> {
@@ -27,10 +27,12 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
         return part::run(args, config, &picture_path, samples.0.clone(), stats);
     }
     memory::check(&config, development.bits, &picture_path)?;
+    metadata::check(args, &picture_path, config.aovs)?;
+    check_alpha(&config, &picture_path)?;
     if let Some(frames) = args.frames {
         return frames::run(args, &config, &picture_path, &development, frames, stats);
     }
-    let files: Vec<PathBuf> = picture_files(&picture_path, config.aovs)
+    let files: Vec<PathBuf> = picture_files(&picture_path, config.aovs.any())
         .map_err(|e| CliError::Usage(e.to_string()))?
         .into_iter()
         .map(|(path, _)| path)
@@ -45,6 +47,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     let options = args.common.load_options(outputs);
     let scene = load(path, &options, &mut watch, &mut stats)?;
     let config = args.light.complete(config, &scene);
+    let config = args.outputs.complete(config)?;
     let (scene, config) = match args.light.ground {
         true => ground::stand(scene, named(path), config)?,
         false => (scene, config),
@@ -58,7 +61,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     let prepared = complete(scene, named(path), &config, &mut watch, &mut stats)?;
     let render = |view: &View| crate::render::render(view, &config, false, &progress);
     let Rendered {
-        picture,
+        mut picture,
         counts,
         mean_samples,
         readings,
@@ -66,6 +69,12 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     } = prepared.traced((&mut watch, &mut stats), &progress, render)??;
     stats.rays = counts;
     stats.stages.push(watch.stage("render"));
+    picture.metadata = metadata::of(
+        args.outputs.metadata,
+        (&config, &prepared.camera, path),
+        (&picture, mean_samples),
+        &stats,
+    );
 
     let mut results = Results::default();
     picture.save_into(&picture_path, &development, &mut results.outputs)?;
@@ -91,6 +100,22 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
         stats.seconds("render"),
         rate(stats.rays_per_second)
     ))
+}
+
+/// Refuses a picture with alpha in a format that has none.
+pub fn check_alpha(config: &RenderConfig, path: &Path) -> Result<(), CliError> {
+    let has_none = |e: &std::ffi::OsStr| {
+        let e = e.to_ascii_lowercase();
+        e == "jpg" || e == "jpeg" || e == "hdr"
+    };
+    let transparent = config.backdrop == Backdrop::Transparent;
+    match transparent && path.extension().is_some_and(has_none) {
+        true => Err(CliError::Usage(format!(
+            "{}: the format has no alpha; name a .png or .exr, or another --background",
+            path.display()
+        ))),
+        false => Ok(()),
+    }
 }
 
 /// Names the integrator that was chosen, unless it is the plain one.

@@ -43,7 +43,7 @@ fn plain(picture: &Picture) -> Vec<u8> {
         .collect()
 }
 
-fn low(picture: &Picture, development: &Development) -> Vec<u8> {
+pub(super) fn low(picture: &Picture, development: &Development) -> Vec<u8> {
     let mut samples = Vec::with_capacity(picture.color.len() * 4);
     each_sample(picture, development, |code| samples.push(code as u8));
     samples

@@ -7,8 +7,10 @@
 //! Carlo Global Illumination" (2010), section 2.1: the difference between all samples and the
 //! even ones, over the root of the radiance. A block's noise is the largest mean of 3×3 pixels.
 
+use super::Picture;
 use super::camera::RayGenerator;
 use super::config::RenderConfig;
+use super::layers::{LayerFilm, More, PathOutputs, variance};
 use super::paths::{PathPicture, PathTile};
 use super::pixel_order::{BLOCK, Spot, morton_order};
 use super::progress::Progress;
@@ -43,6 +45,8 @@ pub struct AdaptiveFilm {
     pixels: Vec<Pixel>,
     width: u32,
     height: u32,
+    /// Layers of light and mattes, if they are kept.
+    layers: LayerFilm,
     pub counts: RayCounts,
 }
 
@@ -62,6 +66,16 @@ impl AdaptiveFilm {
     /// Lists the pixels' numbers of samples.
     pub fn sample_counts(&self) -> Vec<u32> {
         self.pixels.iter().map(|pixel| pixel.count).collect()
+    }
+
+    /// Puts what was kept beside the colour into a picture.
+    pub fn put(&self, outputs: &PathOutputs, picture: &mut Picture) {
+        self.layers.put(outputs, picture, &self.sample_counts());
+        if let Some(column) = &mut picture.variance {
+            for (row, pixel) in column.iter_mut().zip(&self.pixels) {
+                *row = variance(pixel.sum, pixel.even, pixel.count);
+            }
+        }
     }
 
     /// Returns the mean number of samples.
@@ -85,8 +99,10 @@ pub fn render_adaptively(
         pixels: vec![Pixel::default(); width as usize * height as usize],
         width,
         height,
+        layers: LayerFilm::default(),
         counts: RayCounts::default(),
     };
+    let keeps_more = picture.layers.is_some() || config.aovs.any_of_mattes();
     let most = 1 << adaptive.most.max(1).ilog2();
     let mut blocks: Vec<(u32, u32)> = (0..columns * rows)
         .map(|i| (i % columns, i / columns))
@@ -95,7 +111,7 @@ pub fn render_adaptively(
     while !blocks.is_empty() && !range.is_empty() && !progress.is_cancelled() {
         let workers = ScratchPool::<Worker>::default();
         let counts = Mutex::new(RayCounts::default());
-        let done: Vec<Vec<(Pixel, usize)>> = blocks
+        let done: Vec<Vec<(Pixel, Option<More>, usize)>> = blocks
             .par_iter()
             .with_max_len(1)
             .map(|(column, row)| {
@@ -124,9 +140,10 @@ pub fn render_adaptively(
                             even: sums.even.as_ref().map_or([0.0; 4], |even| even.of(row)),
                             count: range.len() as u32,
                         };
-                        (pixel, place(spot))
+                        let more = keeps_more.then(|| More::of(&sums, row));
+                        (pixel, more, place(spot))
                     });
-                    let pixels = pixels.collect();
+                    let pixels: Vec<_> = pixels.collect();
                     drop(sums);
                     worker.arena.reset();
                     counts.lock().unwrap_or_else(|e| e.into_inner()).add(&own);
@@ -134,7 +151,11 @@ pub fn render_adaptively(
                 })
             })
             .collect();
-        for (more, place) in done.into_iter().flatten() {
+        let count = film.pixels.len();
+        for (more, layers, place) in done.into_iter().flatten() {
+            if let Some(layers) = &layers {
+                film.layers.add(place, layers, count);
+            }
             let pixel = &mut film.pixels[place];
             pixel.sum = plus(pixel.sum, more.sum);
             pixel.even = plus(pixel.even, more.even);

@@ -51,6 +51,8 @@ pub struct RenderConfig {
     /// A camera's name, or its index from 0; `None` selects the first.
     pub camera: Option<String>,
     pub aovs: AovSet,
+    /// Ids that each pixel of a Cryptomatte has room for, at least 1.
+    pub matte_ranks: u32,
     /// The ground that was put under the scene, which fades out of the picture; only paths
     /// let it.
     pub ground: Option<Ground>,
@@ -100,6 +102,7 @@ impl Default for RenderConfig {
             max_depth: 5,
             camera: None,
             aovs: AovSet::default(),
+            matte_ranks: 6,
             ground: None,
             backdrop: Backdrop::default(),
             tiles: TileOrder::default(),

@@ -4,6 +4,7 @@
 use super::RenderConfig;
 use super::camera::RayGenerator;
 use super::config::{Backdrop, Integrator};
+use super::mattes::MetLists;
 use super::pixel_order::Spot;
 use super::sums::Sums;
 use super::tile::View;
@@ -12,7 +13,9 @@ use crate::light::sampler::Sampler;
 use crate::math::lanes::{Lanes, Words};
 use crate::plan::Kernels;
 use crate::scene::{Material, Model, Rgb, studio};
-use crate::shade::path::{Luminaires, Materials, MediaField, PathScratch, PathTracer, Seen, Slot};
+use crate::shade::path::{
+    LayerPlan, LayerSlots, Luminaires, Materials, MediaField, PathScratch, PathTracer, Seen, Slot,
+};
 use crate::shade::{Doubles, RayCounts, STEP, Singles, Statistics};
 use crate::trace::{RayKind, ShadowCache, TraceScratch};
 use bumpalo::Bump;
@@ -34,6 +37,8 @@ pub struct PathPicture {
     pub(super) backdrop: Seen,
     /// Whether some mesh has vertex normals.
     pub(super) smooth: bool,
+    /// The layers of light, if they are asked for.
+    pub(super) layers: Option<LayerPlan>,
 }
 
 impl PathPicture {
@@ -62,6 +67,11 @@ impl PathPicture {
             _ => return None,
         };
         let samples = config.samples();
+        let layers = config.aovs.any_of_light().then(|| {
+            let bodies = luminaires.materials(scene, &view.world.instances);
+            let by_group = config.aovs.light_groups;
+            LayerPlan::new(scene, (&luminaires, &bodies), view.lights.len(), by_group)
+        });
         let media = MediaField::of(scene, &view.world.instances, &materials, view.camera.eye);
         let backdrop = match config.backdrop {
             Backdrop::Color(color) => Seen::Color(color),
@@ -77,6 +87,7 @@ impl PathPicture {
         };
         Some(PathPicture {
             luminaires,
+            layers,
             smooth: !scene.meshes.normals.is_empty(),
             backdrop,
             media,
@@ -105,8 +116,12 @@ fn white() -> Material {
 /// Sums of a tile's samples.
 pub struct TileSums<'b> {
     pub all: Sums<'b>,
-    /// Those of even numbers, for adaptive sampling.
+    /// Those of even numbers, for adaptive sampling and the variance.
     pub even: Option<Sums<'b>>,
+    /// By layer of light, if they are kept.
+    pub layers: Vec<Sums<'b>>,
+    /// What the samples meet first, if mattes are kept.
+    pub met: Option<MetLists<'b>>,
 }
 
 /// A tile of the picture and what its paths are traced with.
@@ -129,11 +144,12 @@ impl PathTile<'_> {
         trace: &'b mut TraceScratch,
         slots: &mut [Slot],
         counts: &mut RayCounts,
-    ) {
+    ) -> TileSums<'b> {
         let sums = self.sums(0..self.picture.samples, arena, trace, counts);
         for (pixel, slot) in slots.iter_mut().enumerate() {
             *slot = sums.all.mean(pixel);
         }
+        sums
     }
 
     /// Sums the samples of a range, which is aligned to its length where their number is a power
@@ -148,13 +164,24 @@ impl PathTile<'_> {
         let tracer = self.tracer();
         let pixels = self.order.len();
         let slots = arena.alloc_slice_fill_copy(pixels, [0.0_f32; 4]);
-        let adaptive = self.config.adaptive.is_some();
+        let aovs = &self.config.aovs;
+        let halves = self.config.adaptive.is_some() || aovs.variance;
+        let layers = self.picture.layers.as_ref().map_or(0, LayerPlan::count);
+        let has_mattes = aovs.any_of_mattes();
         let mut sums = TileSums {
             all: Sums::new(pixels, arena),
-            even: adaptive.then(|| Sums::new(pixels, arena)),
+            even: halves.then(|| Sums::new(pixels, arena)),
+            layers: (0..layers).map(|_| Sums::new(pixels, arena)).collect(),
+            met: has_mattes.then(|| MetLists::new(pixels, arena)),
         };
         let mut cache = ShadowCache::new(self.config.shadow_cache);
         let scratch = &mut PathScratch::new(arena, trace, self.picture.kinds());
+        if layers > 0 {
+            scratch.keep_layers(pixels, layers, arena);
+        }
+        if has_mattes {
+            scratch.keep_first_met(pixels, arena);
+        }
         for sample in samples {
             let statistics = &mut Statistics {
                 counts: RayCounts::default(),
@@ -165,6 +192,7 @@ impl PathTile<'_> {
                 covered: None,
             };
             slots.fill([0.0, 0.0, 0.0, 1.0]);
+            scratch.clear_outputs();
             self.queue_rays(sample, scratch);
             tracer.run(scratch, sample, slots, &mut cache, statistics);
             if self.cancel.load(Relaxed) {
@@ -174,6 +202,13 @@ impl PathTile<'_> {
             match &mut sums.even {
                 Some(even) if sample % 2 == 0 => even.add(slots),
                 _ => {}
+            }
+            let layers = scratch.layers().into_iter().flat_map(LayerSlots::layers);
+            for (sum, layer) in sums.layers.iter_mut().zip(layers) {
+                sum.add(layer);
+            }
+            if let (Some(lists), Some(met)) = (&mut sums.met, scratch.first_met()) {
+                lists.add(met);
             }
             counts.add(&statistics.counts);
         }
@@ -195,6 +230,7 @@ impl PathTile<'_> {
             media: picture.media.eye,
             solids: picture.media.solids.as_ref(),
             backdrop: picture.backdrop,
+            layers: picture.layers.as_ref(),
             ground: self.config.ground,
             cancel: self.cancel,
         }

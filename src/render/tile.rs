@@ -13,6 +13,8 @@ use super::film::{AovSample, blank, put};
 use super::frames::FrameMemory;
 use super::inspect::{Inspector, NOTHING, Reading};
 use super::items::{item_buffer, tiles_of};
+use super::layers::PathOutputs;
+use super::mattes::MatteNames;
 use super::paths::{PathPicture, PathTile};
 use super::pixel_order::{BLOCK, Spot, morton_order};
 use super::progress::Progress;
@@ -24,6 +26,7 @@ use crate::scene::{Camera, Light, Rgb};
 use crate::shade::path::Slot;
 use crate::shade::{
     Doubles, Integrator, MaterialFlags, Memory, RayCounts, STEP, Scratch, Statistics, Surface,
+    barycentrics,
 };
 use crate::trace::{
     HitId, ItemBuffer, RayKind, ScratchPool, ShadowCache, TURNED, TraceScratch, TracedRay,
@@ -158,8 +161,14 @@ fn render_tiles(
         .try_reserve_exact(pixels)
         .map_err(|_| out_of_memory)?;
     readings.resize(pixels, NOTHING);
+    let mut picture = picture.map_err(|_| out_of_memory)?;
+    let scene = &view.world.scene;
+    let ranks = config.matte_ranks;
+    let mattes = MatteNames::of(&config.aovs, ranks, (scene, &view.world.instances));
+    let outputs = PathOutputs::new(&config.aovs, mattes, scene, &mut picture);
+    let outputs = outputs.map_err(|_| out_of_memory)?;
     let done = Mutex::new(Rendered {
-        picture: picture.map_err(|_| out_of_memory)?,
+        picture,
         counts: RayCounts::default(),
         record: Vec::new(),
         decided: 0,
@@ -214,6 +223,7 @@ fn render_tiles(
                 size,
                 whole: &whole,
                 paths: paths.as_ref(),
+                outputs: &outputs,
                 film: film.as_ref(),
                 generator: &generator,
                 material_flags,
@@ -233,6 +243,7 @@ fn render_tiles(
     }
     let mut done = done.into_inner().unwrap_or_else(|e| e.into_inner());
     if let Some(film) = &film {
+        film.put(&outputs, &mut done.picture);
         done.counts.add(&film.counts);
         done.mean_samples = Some(film.mean_samples());
     }
@@ -242,6 +253,7 @@ fn render_tiles(
             None => samples.fill(config.samples()),
         }
     }
+    outputs.finish(&mut done.picture);
     let workers = workers.into_values();
     done.decided = workers.iter().map(|worker| worker.trace.decided).sum();
     // The sort is stable: all rays of a pixel lie in one tile and keep their order.
@@ -260,6 +272,8 @@ struct Tile<'a> {
     whole: &'a [Spot],
     /// What path-traced tiles share.
     paths: Option<&'a PathPicture>,
+    /// What the picture keeps of paths beside their colour.
+    outputs: &'a PathOutputs<'a>,
     /// The picture, where it was sampled adaptively.
     film: Option<&'a AdaptiveFilm>,
     generator: &'a RayGenerator,
@@ -308,13 +322,14 @@ impl Tile<'_> {
                 cancel: &self.progress.cancel,
             };
             let slots = arena.alloc_slice_fill_copy(pixels, [0.0; 4]);
+            let mut sums = None;
             match self.film {
                 Some(film) => {
                     for (row, slot) in slots.iter_mut().enumerate() {
                         *slot = film.mean(self.place(row as u32));
                     }
                 }
-                None => tile.render(arena, trace, slots, &mut counts),
+                None => sums = Some(tile.render(arena, trace, slots, &mut counts)),
             }
             for (row, slot) in slots.iter().enumerate() {
                 (color[row], alpha[row]) = color_of(slot);
@@ -323,6 +338,11 @@ impl Tile<'_> {
                 return counts;
             }
             self.finish(color, alpha, aovs, done, (&counts, record));
+            if let Some(sums) = &sums {
+                let mut done = done.lock().unwrap_or_else(|e| e.into_inner());
+                let place = |row| self.pixel(row) as usize;
+                self.outputs.put(&mut done.picture, sums, place);
+            }
             return counts;
         }
         let scratch = &mut Scratch::new(arena, trace);
@@ -389,7 +409,7 @@ impl Tile<'_> {
             let (place, row) = (self.place(row), row as usize);
             (color[row], readings[row]) = inspector.of_hit(place, surface, id);
             if let Some(aov) = aovs.get_mut(row) {
-                *aov = self.aov(self.generator, surface, id);
+                *aov = self.aov(row as u32, surface, id);
             }
         };
         let mut scratch = Scratch::new(arena, trace);
@@ -463,7 +483,7 @@ impl Tile<'_> {
         // The outputs beside the colour are those of the pixel's centre.
         let keep = number.is_none() && config.aovs.any_of_hits();
         let mut first_hit = |row: u32, surface: &Surface, id: HitId| {
-            aovs[row as usize] = self.aov(&generator, surface, id);
+            aovs[row as usize] = self.aov(row, surface, id);
         };
         let first_hit = keep.then_some(&mut first_hit as _);
         integrator.run(scratch, color, caches, statistics, first_hit);
@@ -510,7 +530,7 @@ impl Tile<'_> {
             covered: None,
         };
         let mut first_hit = |row: u32, surface: &Surface, id: HitId| {
-            aovs[row as usize] = self.aov(self.generator, surface, id);
+            aovs[row as usize] = self.aov(row, surface, id);
         };
         self.first_hits(order, scratch, statistics, &mut first_hit);
     }
@@ -586,11 +606,20 @@ impl Tile<'_> {
         [generator.across(x, dx), generator.up(y, dy)]
     }
 
-    fn aov(&self, generator: &RayGenerator, surface: &Surface, id: HitId) -> AovSample {
+    fn aov(&self, row: u32, surface: &Surface, id: HitId) -> AovSample {
+        let generator = self.generator;
         let materials = &self.view.world.scene.materials;
         let material = match surface.material {
             Some(id) => materials.rows[id.index()],
             None => Default::default(),
+        };
+        let (x, y) = self.place(row);
+        let (org, dir) = generator.ray(x, y, [0.5; 2]);
+        let camera = &self.view.camera;
+        let camera_normal = [camera.right, camera.up, -camera.forward].map(|v| v.dot(surface.ns));
+        let uv = match self.config.aovs.uv {
+            true => barycentrics(self.view.world, org, dir, id),
+            false => None,
         };
         AovSample {
             depth: generator.depth(surface.point) as f32,
@@ -599,6 +628,10 @@ impl Tile<'_> {
             albedo: material.base_color,
             instance: id.instance,
             primitive: id.primitive & !TURNED,
+            distance: (surface.point - org).length() as f32,
+            geometric_normal: surface.facing().to_array().map(|x| x as f32),
+            camera_normal: camera_normal.map(|x| x as f32),
+            uv: uv.unwrap_or_default().map(|x| x as f32),
         }
     }
 

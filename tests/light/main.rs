@@ -4,6 +4,7 @@ mod allocations;
 mod closed_forms;
 mod identity;
 mod inspections;
+mod layers;
 mod media;
 mod pictures;
 mod sampling;

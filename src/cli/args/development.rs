@@ -6,17 +6,17 @@ use crate::io::{Bits, Development, Tone};
 use clap::Args;
 use std::path::Path;
 
-/// Options of PNG files; OpenEXR files stay linear.
+/// Options of PNG and JPEG files; OpenEXR and HDR files stay linear.
 #[derive(Args)]
 pub struct DevelopmentArgs {
-    /// Tone curve of PNG files: none, neutral (Khronos PBR Neutral), agx or aces
+    /// Tone curve of PNG and JPEG files: none, neutral (Khronos PBR Neutral), agx or aces
     /// [default: neutral for paths, else none]
     #[arg(long, value_name = "CURVE", value_parser = parse_tone)]
     pub tone: Option<Tone>,
-    /// Multiply the radiance in PNG files by 2^STOPS
+    /// Multiply the radiance in PNG and JPEG files by 2^STOPS
     #[arg(long, value_name = "STOPS", allow_hyphen_values = true, value_parser = parse_exposure)]
     pub exposure: Option<f64>,
-    /// Dither PNG files, so that slow ramps show no bands: on or off
+    /// Dither PNG and JPEG files, so that slow ramps show no bands: on or off
     /// [default: on for paths, else off]
     #[arg(long, value_name = "USE", value_parser = parse_dither)]
     pub dither: Option<bool>,
@@ -38,18 +38,27 @@ impl DevelopmentArgs {
 
     /// Returns the development of the picture `path`; refuses options that it would not heed.
     pub fn checked(&self, path: &Path) -> Result<Development, CliError> {
-        let is_exr = path
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+        let extension = path.extension().map(|e| e.to_ascii_lowercase());
+        let ends = |known: &[&str]| {
+            let is = |e: &std::ffi::OsString| known.iter().any(|k| e == k);
+            extension.as_ref().is_some_and(is)
+        };
+        let is_linear = ends(&["exr", "hdr"]);
+        if self.bits == Some(Bits::Sixteen) && ends(&["jpg", "jpeg"]) {
+            return Err(CliError::Usage(
+                "JPEG has 8 bits a channel; leave --bits out, or name a .png".into(),
+            ));
+        }
         let given = [
             ("--tone", self.tone.is_some()),
             ("--exposure", self.exposure.is_some()),
             ("--dither", self.dither.is_some()),
             ("--bits", self.bits.is_some()),
         ];
-        if let (true, Some((name, _))) = (is_exr, given.iter().find(|(_, is)| *is)) {
+        if let (true, Some((name, _))) = (is_linear, given.iter().find(|(_, is)| *is)) {
             return Err(CliError::Usage(format!(
-                "{name} is for PNG files; an OpenEXR file is linear: leave it out, or name a .png"
+                "{name} is for PNG and JPEG files; OpenEXR and HDR files are linear: leave it out, \
+                 or name a .png"
             )));
         }
         let default = Development::default();

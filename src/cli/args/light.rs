@@ -30,7 +30,7 @@ pub struct LightArgs {
     pub spp: Option<u32>,
     /// Render only the samples A to B - 1 of each pixel of a picture of paths, and write their
     /// sums, which lanecast merge adds up
-    #[arg(long, value_name = "A..B", allow_hyphen_values = true, value_parser = parse_samples, conflicts_with_all = ["spp", "noise", "frames", "aov", "tone", "exposure", "dither", "bits"])]
+    #[arg(long, value_name = "A..B", allow_hyphen_values = true, value_parser = parse_samples, conflicts_with_all = ["spp", "noise", "frames", "aov", "cryptomatte_levels", "metadata", "tone", "exposure", "dither", "bits"])]
     pub samples: Option<Samples>,
     /// Sample until the noise is below this, about that of a mid-grey, as 0.01; only paths
     #[arg(long, value_name = "NOISE", value_parser = parse_noise, conflicts_with = "spp")]

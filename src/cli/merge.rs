@@ -4,6 +4,7 @@ use super::args::MergeArgs;
 use super::error::CliError;
 use super::interrupt;
 use super::output::{Results, check_destinations, printable_line};
+use super::render::check_alpha;
 use crate::io::{LoadError, Part, PartHeader, picture_files};
 use crate::render::Merge;
 use std::path::{Path, PathBuf};
@@ -35,6 +36,7 @@ pub fn run(args: &MergeArgs) -> Result<(), CliError> {
         merge.add(part);
     }
     let (header, _) = &parts[0];
+    check_alpha(header.has_alpha, &args.output)?;
     let development = match header.is_radiance {
         true => args.development.of_paths(development),
         false => development,

@@ -28,7 +28,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     }
     memory::check(&config, development.bits, &picture_path)?;
     metadata::check(args, &picture_path, config.aovs)?;
-    check_alpha(&config, &picture_path)?;
+    check_alpha(config.backdrop == Backdrop::Transparent, &picture_path)?;
     if let Some(frames) = args.frames {
         return frames::run(args, &config, &picture_path, &development, frames, stats);
     }
@@ -103,15 +103,15 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
 }
 
 /// Refuses a picture with alpha in a format that has none.
-pub fn check_alpha(config: &RenderConfig, path: &Path) -> Result<(), CliError> {
+pub fn check_alpha(has_alpha: bool, path: &Path) -> Result<(), CliError> {
     let has_none = |e: &std::ffi::OsStr| {
         let e = e.to_ascii_lowercase();
         e == "jpg" || e == "jpeg" || e == "hdr"
     };
-    let transparent = config.backdrop == Backdrop::Transparent;
-    match transparent && path.extension().is_some_and(has_none) {
+    match has_alpha && path.extension().is_some_and(has_none) {
         true => Err(CliError::Usage(format!(
-            "{}: the format has no alpha; name a .png or .exr, or another --background",
+            "{}: the format has no alpha, and the picture is transparent; name a .png or .exr, or \
+             render with another --background",
             path.display()
         ))),
         false => Ok(()),

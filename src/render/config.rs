@@ -50,6 +50,7 @@ pub struct RenderConfig {
     pub max_depth: u32,
     /// A camera's name, or its index from 0; `None` selects the first.
     pub camera: Option<String>,
+    /// Layers of light and mattes are made by the integrators that trace paths, and no others.
     pub aovs: AovSet,
     /// Ids that each pixel of a Cryptomatte has room for, at least 1.
     pub matte_ranks: u32,

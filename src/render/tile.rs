@@ -5,7 +5,6 @@
 //! the picture. A tile is traced sample by sample; its transient columns live in the
 //! worker's arena, which is reset after the tile.
 
-use super::Picture;
 use super::adaptive::{AdaptiveFilm, render_adaptively};
 use super::camera::RayGenerator;
 use super::config::{Backdrop, Inspection, Integrator as How, RenderConfig, TileOrder};
@@ -19,6 +18,7 @@ use super::paths::{PathPicture, PathTile};
 use super::pixel_order::{BLOCK, Spot, morton_order};
 use super::progress::Progress;
 use super::sampler::{frame_key, position_in};
+use super::{AovSet, Picture};
 use crate::accel::World;
 use crate::math::lanes::Lanes;
 use crate::plan::Kernels;
@@ -164,8 +164,12 @@ fn render_tiles(
     let mut picture = picture.map_err(|_| out_of_memory)?;
     let scene = &view.world.scene;
     let ranks = config.matte_ranks;
-    let mattes = MatteNames::of(&config.aovs, ranks, (scene, &view.world.instances));
-    let outputs = PathOutputs::new(&config.aovs, mattes, scene, &mut picture);
+    let of_paths = match config.integrator {
+        How::Path | How::Ao => config.aovs,
+        How::Direct | How::Inspect(_) => AovSet::NONE,
+    };
+    let mattes = MatteNames::of(&of_paths, ranks, (scene, &view.world.instances));
+    let outputs = PathOutputs::new(&of_paths, mattes, scene, &mut picture);
     let outputs = outputs.map_err(|_| out_of_memory)?;
     let done = Mutex::new(Rendered {
         picture,

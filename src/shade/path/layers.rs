@@ -216,21 +216,3 @@ pub(super) struct Film<'s, 'b> {
     pub slots: &'s mut [Slot],
     pub layers: Option<&'s mut LayerSlots<'b>>,
 }
-
-/// What one sample of a pixel meets first, through holes; [`FirstMet::NOTHING`] for the sky.
-#[derive(Clone, Copy, Debug)]
-pub struct FirstMet {
-    pub instance: u64,
-    /// The material's number, that of surfaces without one after the last.
-    pub material: u32,
-    /// The weight that the pixel filter gives the sample.
-    pub weight: f32,
-}
-
-impl FirstMet {
-    pub const NOTHING: FirstMet = FirstMet {
-        instance: u64::MAX,
-        material: u32::MAX,
-        weight: 0.0,
-    };
-}

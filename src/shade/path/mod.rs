@@ -7,6 +7,7 @@
 //! own slot, so no order of rays, tiles, threads or lanes can show.
 
 mod emission;
+mod first_met;
 mod ground;
 mod hit_columns;
 mod layers;
@@ -18,8 +19,9 @@ mod shadows;
 mod spot;
 mod state;
 
+pub use first_met::FirstMet;
 pub use ground::Ground;
-pub use layers::{FirstMet, LIGHT_LAYERS, LayerPlan, LayerSlots};
+pub use layers::{LIGHT_LAYERS, LayerPlan, LayerSlots};
 pub use luminaires::Luminaires;
 pub use media::MediaField;
 pub use record::{PathLight, PathVertex};
@@ -35,7 +37,7 @@ use crate::light::bsdf::Bsdf;
 use crate::light::sampler::Sampler;
 use crate::plan::Kernels;
 use crate::scene::{Material, MaterialId, Rgb};
-use crate::trace::{HitId, RayKind, ShadowCache, Solids, TraceScratch};
+use crate::trace::{RayKind, ShadowCache, Solids, TraceScratch};
 use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;
 use glam::DVec3;
@@ -430,32 +432,6 @@ impl PathTracer<'_> {
         );
         if let Some(record) = &mut scratch.record {
             record::record_light(&scratch.lights, record);
-        }
-    }
-
-    /// Notes what paths meet that have come through holes alone, in place of the holes.
-    fn meet(
-        &self,
-        met: &mut [FirstMet],
-        (wave, open): (&Paths, &[bool]),
-        (depth, instance): (u32, &[u64]),
-        buffer: &HitBuffer,
-    ) {
-        for (ray, open) in open.iter().enumerate() {
-            let first = &mut met[wave.rays.pixel[ray] as usize];
-            if depth == 0 {
-                first.weight = wave.rays.weight.row(ray)[0];
-            } else if *open && instance[ray] == HitId::NONE.instance {
-                first.instance = HitId::NONE.instance;
-            }
-        }
-        for hit in 0..buffer.len() {
-            let ray = buffer.row[hit] as usize;
-            if open[ray] {
-                let first = &mut met[wave.rays.pixel[ray] as usize];
-                first.instance = instance[ray];
-                first.material = self.materials.number(buffer.material[hit]);
-            }
         }
     }
 

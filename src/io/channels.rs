@@ -43,11 +43,14 @@ pub enum Channel {
 /// The most numbers of a file that are read: 2 GB of them.
 const MOST_NUMBERS: u64 = 1 << 29;
 
+/// Decodes a file of one format; fails with what is wrong.
+type Decode = fn(&[u8]) -> Result<ChannelPicture, String>;
+
 /// Reads a picture. Fails if the file cannot be read, is malformed or of another format, or is
 /// larger than the limits.
 pub fn read_channels(path: &Path) -> Result<ChannelPicture, LoadError> {
     let extension = crate::extension(path);
-    let (format, read): (_, fn(&[u8]) -> Result<ChannelPicture, String>) = match &*extension {
+    let (format, read): (&str, Decode) = match &*extension {
         "exr" => ("OpenEXR", openexr),
         "hdr" => ("Radiance HDR", radiance),
         "png" => ("PNG", png),

@@ -288,7 +288,7 @@ impl EventReceiver for Builder<'_> {
             ScalarKind::Boolean(b) => Some(Kind::Bool(b)),
             ScalarKind::DateTime => match text.parse::<toml_datetime::Datetime>() {
                 Ok(_) => Some(Kind::Date),
-                Err(e) => return report(errors, format!("it is no date: {e}").into(), span),
+                Err(e) => return report(errors, format!("it is no date: {e}"), span),
             },
             ScalarKind::Float => text.parse().ok().map(Kind::Float),
             ScalarKind::Integer(radix) => match i64::from_str_radix(&text, radix.value()) {

@@ -4,7 +4,7 @@ use super::args::{ExportArgs, RENDER_SIZE};
 use super::error::CliError;
 use super::output::{Results, Sink, check_destinations, complain, print, printable_line};
 use super::{interrupt, scene};
-use crate::io::{LoadError, MitsubaPicture, mitsuba_scene, pov_text};
+use crate::io::{LoadError, MitsubaPicture, mitsuba_scene, pov_text, pov_warning};
 use crate::scene::{Camera, Instances, Lighting, Scene};
 use std::path::{Path, PathBuf};
 
@@ -44,6 +44,9 @@ pub fn run(args: &ExportArgs) -> Result<(), CliError> {
 
 fn pov(args: &ExportArgs, scene: &Scene, camera: &Camera) -> Result<(), CliError> {
     let text = pov_text(scene, camera).map_err(|e| CliError::Usage(e.to_string()))?;
+    if let Some(warning) = pov_warning(scene, camera) {
+        complain(&format!("warning: {}: {warning}", args.scene.display()));
+    }
     let Some(Sink::File(path)) = &args.pov else {
         return print(&text);
     };

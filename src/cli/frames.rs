@@ -9,14 +9,14 @@
 use super::args::RenderArgs;
 use super::error::CliError;
 use super::output::{Results, check_destinations, printable_line};
-use super::pipeline::{Prepared, complete, load, named, structure, warn_of_losses};
+use super::pipeline::{Prepared, complete, load, named, of_camera, structure, warn_of_losses};
 use super::progress::{Drawing, rate};
 use super::{ground, interrupt, metadata};
 use crate::accel::{KeptTrees, RefitOutcome, WORST_REFIT, World};
 use crate::io::{AovSet, Development, LoadError, picture_files};
 use crate::measure::{FrameStats, Stats, Watch};
 use crate::plan::places_meshes;
-use crate::render::{FrameMemory, Integrator, RenderConfig, View, render_after};
+use crate::render::{FrameMemory, RenderConfig, View, render_after};
 use crate::scene::Instances;
 use crate::trace::Reuse;
 use std::path::{Path, PathBuf};
@@ -41,7 +41,8 @@ pub fn run(
     let options = args.common.load_options(outputs);
     let scene = args.scene.as_deref();
     let loaded = load(scene, &options, &mut watch, &mut stats)?;
-    let config = args.light.complete(config.clone(), &loaded);
+    let config = of_camera(config.clone(), &loaded, args.common.size)?;
+    let config = args.light.complete(config, &loaded)?;
     let config = args.outputs.complete(config)?;
     if args.light.ground && loaded.moves() {
         return Err(CliError::Usage(
@@ -53,13 +54,10 @@ pub fn run(
         true => ground::stand(loaded, named(scene), config)?,
         false => (loaded, config),
     };
-    let config = &config;
-    warn_of_losses(&loaded, config);
+    warn_of_losses(&loaded, &config);
     stats.picture.spp = config.spp;
-    let development = &match config.integrator {
-        Integrator::Path => args.development.of_paths(*development),
-        _ => *development,
-    };
+    let (development, config) = args.development.complete(*development, output, config);
+    let (development, config) = (&development, &config);
     let prepared = complete(loaded, named(scene), config, &mut watch, &mut stats)?;
     interrupt::check(&progress)?;
     let structure = structure(&prepared.plan, &prepared.kd);
@@ -124,7 +122,10 @@ pub fn run(
         rendered.picture.metadata = metadata::of(
             args.outputs.metadata,
             (config, &camera, scene_path),
-            (&rendered.picture, rendered.mean_samples),
+            (
+                &rendered.picture,
+                rendered.reached.map(|reached| reached.mean_samples),
+            ),
             &of_frame,
         );
         rendered

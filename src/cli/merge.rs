@@ -38,7 +38,7 @@ pub fn run(args: &MergeArgs) -> Result<(), CliError> {
     let (header, _) = &parts[0];
     check_alpha(header.has_alpha, &args.output)?;
     let development = match header.is_radiance {
-        true => args.development.of_paths(development),
+        true => args.development.of_radiance(development),
         false => development,
     };
     let samples = merge.samples();

@@ -76,11 +76,10 @@ pub fn of(
         ("maxDepth", Attribute::Int(config.max_depth as i32)),
         ("rays", Attribute::Double(stats.rays.total() as f64)),
         ("worldToCamera", Attribute::Matrix(world_to_camera(camera))),
-        (
-            "worldToNDC",
-            Attribute::Matrix(world_to_ndc(camera, config.aspect())),
-        ),
     ];
+    if let Some(matrix) = world_to_ndc(camera, config.aspect()) {
+        all.push(("worldToNDC", Attribute::Matrix(matrix)));
+    }
     if let Some(mean) = mean_samples {
         all.push(("meanSamplesPerPixel", Attribute::Float(mean as f32)));
     }
@@ -130,11 +129,14 @@ fn to_camera(camera: &Camera) -> [f64; 16] {
 }
 
 /// Returns the matrix to the picture as OpenEXR has it: (0, 0) is its left upper corner, (1, 1) the
-/// right lower one; z is to be ignored.
-fn world_to_ndc(camera: &Camera, aspect: f64) -> [f32; 16] {
+/// right lower one; z is to be ignored. Only pinholes without distortion and parallel views have one.
+fn world_to_ndc(camera: &Camera, aspect: f64) -> Option<[f32; 16]> {
     let (half_height, deep) = match camera.projection {
         Projection::Perspective { half_height } => (half_height, true),
         Projection::Orthographic { half_height } => (half_height, false),
+        Projection::Calibrated(_) | Projection::Panorama | Projection::Fisheye { .. } => {
+            return None;
+        }
     };
     let (x, y) = (0.5 / (half_height * aspect), -0.5 / half_height);
     #[rustfmt::skip]
@@ -153,13 +155,13 @@ fn world_to_ndc(camera: &Camera, aspect: f64) -> [f32; 16] {
         ],
     };
     let first = to_camera(camera);
-    std::array::from_fn(|i| {
+    Some(std::array::from_fn(|i| {
         let (row, column) = (i / 4, i % 4);
         let sum: f64 = (0..4)
             .map(|k| first[4 * row + k] * project[4 * k + column])
             .sum();
         sum as f32
-    })
+    }))
 }
 
 #[cfg(test)]
@@ -193,11 +195,12 @@ mod tests {
             assert!(to(eye, &m).iter().all(|x| x.abs() < 1e-5));
             let ahead = to(eye + camera.forward * 2.0 + camera.up, &m);
             assert!((ahead[2] - 2.0).abs() < 1e-5 && (ahead[1] - 1.0).abs() < 1e-5);
-            let ndc = world_to_ndc(&camera, aspect);
+            let ndc = world_to_ndc(&camera, aspect).unwrap();
             for depth in [1.0, 7.0] {
                 let (half, wide) = match camera.projection {
                     Projection::Perspective { half_height } => (half_height * depth, depth),
                     Projection::Orthographic { half_height } => (half_height, depth),
+                    _ => unreachable!("only these two are made"),
                 };
                 let ahead = eye + camera.forward * wide;
                 near(to(ahead, &ndc), [0.5, 0.5]);

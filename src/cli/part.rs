@@ -3,12 +3,14 @@
 use super::args::RenderArgs;
 use super::error::CliError;
 use super::output::{Results, check_destinations, printable_line};
-use super::pipeline::{complete, load, named};
+use super::pipeline::{complete, load, named, of_camera};
 use super::progress::rate;
 use super::{ground, interrupt, memory};
 use crate::light::sampler::Kind;
 use crate::measure::{Stats, Watch};
-use crate::render::{Grid, Integrator, RenderConfig, View, is_part, parts_of, render_part};
+use crate::render::{
+    Backdrop, Grid, Integrator, RenderConfig, View, is_part, parts_of, render_part,
+};
 use std::ops::Range;
 use std::path::Path;
 
@@ -19,7 +21,12 @@ pub fn run(
     samples: Range<u32>,
     mut stats: Stats,
 ) -> Result<(), CliError> {
-    check(&config, args.light.sampler, output, &samples)?;
+    check(
+        &config,
+        args.light.sampler.unwrap_or(config.sampler),
+        output,
+        &samples,
+    )?;
     memory::check_part(&config)?;
     let inputs: Vec<&Path> = args.scene.as_deref().into_iter().collect();
     let outputs = check_destinations(&inputs, &[output.into()], args.common.sinks())?;
@@ -28,11 +35,20 @@ pub fn run(
     let path = args.scene.as_deref();
     let options = args.common.load_options(outputs);
     let scene = load(path, &options, &mut watch, &mut stats)?;
-    let mut config = args.light.complete(config, &scene);
+    let mut config = args
+        .light
+        .complete(of_camera(config, &scene, args.common.size)?, &scene)?;
     if !matches!(config.integrator, Integrator::Path | Integrator::Ao) {
         return Err(CliError::Usage(
             "--samples divides pictures of paths, and this one would be direct; ask for \
              --integrator path, or leave out --samples"
+                .into(),
+        ));
+    }
+    if matches!(config.backdrop, Backdrop::Color(_)) {
+        return Err(CliError::Usage(
+            "--samples keeps sums of light, which no colour can be laid under; leave out \
+             --background, or ask for --background transparent"
                 .into(),
         ));
     }

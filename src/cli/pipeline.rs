@@ -1,17 +1,18 @@
 //! The first steps of every command that traces: load → instances → camera and lights →
 //! plan → build. The caller times and uses the parts.
 
+use super::args::{Size, has_lens};
 use super::error::CliError;
 use super::output::complain;
-use super::plan::layers_of;
+use super::plan::beyond_direct;
 use super::progress::Drawing;
 use super::{interrupt, scene};
 use crate::accel::{BuildQuality, KdQuality, Structure, World};
 use crate::io::{LoadError, LoadOptions};
 use crate::measure::{InstanceNames, PlanSummary, SceneCounts, Stats, Watch};
 use crate::plan::{Plan, PlanError, plan};
-use crate::render::{Inspection, Integrator, Progress, RenderConfig, View};
-use crate::scene::{Camera, Instances, Lighting, Scene, builtin};
+use crate::render::{Grid, Inspection, Integrator, Progress, RenderConfig, View};
+use crate::scene::{Camera, Instances, Lighting, Projection, Scene, builtin};
 pub(crate) use crate::tracer::structure;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::path::Path;
@@ -68,6 +69,24 @@ pub fn thread_pool(threads: Option<u32>) -> Result<ThreadPool, CliError> {
         .num_threads(threads)
         .build()
         .map_err(|e| CliError::Usage(format!("{threads} threads cannot be started: {e}")))
+}
+
+/// Gives a picture the size that its calibrated camera was measured for, if none is asked for.
+pub fn of_camera(
+    config: RenderConfig,
+    scene: &Scene,
+    asked: Option<Size>,
+) -> Result<RenderConfig, CliError> {
+    let row = scene::pick_camera(&scene.cameras, config.camera.as_deref())?;
+    let camera = row.map(|row| scene.cameras.rows[row].projection);
+    match (camera, asked) {
+        (Some(Projection::Calibrated(k)), None) => Ok(RenderConfig {
+            width: k.size[0],
+            height: k.size[1],
+            ..config
+        }),
+        _ => Ok(config),
+    }
 }
 
 /// Prepares a scene that is already loaded; errors name the file `path`.
@@ -134,10 +153,7 @@ pub fn complete(
 
 /// Warns of what direct light does not show: layers of materials, and the extent of lights.
 pub fn warn_of_losses(scene: &Scene, config: &RenderConfig) {
-    // What direct light knows, too.
-    const KNOWN: [&str; 5] = ["phong", "emission", "transmission", "metal", "priority"];
-    let mut layers = layers_of(&scene.materials.rows);
-    layers.retain(|layer| !KNOWN.contains(layer));
+    let layers = beyond_direct(&scene.materials.rows);
     if config.integrator == Integrator::Direct && !layers.is_empty() {
         complain(&format!(
             "warning: direct light does not show {}; --integrator path does",
@@ -151,6 +167,19 @@ pub fn warn_of_losses(scene: &Scene, config: &RenderConfig) {
             "warning: direct light takes {count} × rectangle or disc for points of their power in \
              their middles; --integrator path shows them"
         ));
+    }
+    let row = config.camera.as_deref();
+    let row = scene::pick_camera(&scene.cameras, row).ok().flatten();
+    if config.integrator == Integrator::Direct
+        && row.is_some_and(|row| has_lens(&scene.cameras.rows[row]))
+    {
+        complain("warning: direct light goes through a pinhole; --integrator path shows the lens");
+    }
+    if config.grid == Grid::Corners && (scene.is_dark() || scene.has_soft_light()) {
+        complain(
+            "warning: --grid corners shoots one ray through each corner, for direct light alone: \
+             the studio, skies and things that shine are left out; --grid centers shows them",
+        );
     }
 }
 

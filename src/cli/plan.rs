@@ -2,13 +2,14 @@
 
 mod light;
 
-pub(super) use light::layers_of;
+pub(super) use light::beyond_direct;
 
 use super::args::{PlanArgs, needed_integrator};
 use super::error::CliError;
 use super::interrupt;
 use super::output::{Results, check_destinations, printable_line};
-use super::pipeline::{Prepared, complete, load, named};
+use super::pipeline::{Prepared, complete, load, named, of_camera};
+use super::scene::pick_camera;
 use crate::accel::{TlasEntry, World};
 use crate::measure::{InstanceNames, Stats, Watch};
 use crate::plan::{remarks, searched, solved, spindle, stacked, unbounded};
@@ -72,8 +73,10 @@ pub fn run(args: &PlanArgs) -> Result<(), CliError> {
     let path = args.scene.as_deref();
     let options = args.common.load_options(outputs);
     let scene = load(path, &options, &mut watch, &mut stats)?;
+    let config = of_camera(config, &scene, args.common.size)?;
+    let row = pick_camera(&scene.cameras, config.camera.as_deref())?;
     let config = RenderConfig {
-        integrator: needed_integrator(&scene, config.grid).0,
+        integrator: needed_integrator(&scene, row, config.grid).0,
         ..config
     };
     let prepared = complete(scene, named(path), &config, &mut watch, &mut stats)?;
@@ -83,7 +86,7 @@ pub fn run(args: &PlanArgs) -> Result<(), CliError> {
         &prepared.scene,
         &prepared.instances,
         &prepared.camera,
-        config.grid,
+        (row, config.grid),
     );
     let report = report(&prepared, &world, light);
     let mut results = Results::default();

@@ -3,12 +3,12 @@
 use super::args::RenderArgs;
 use super::error::CliError;
 use super::output::{Results, check_destinations, complain, printable_line};
-use super::pipeline::{complete, load, named, warn_of_losses};
+use super::pipeline::{complete, load, named, of_camera, warn_of_losses};
 use super::progress::rate;
 use super::{frames, ground, interrupt, memory, metadata, part};
 use crate::io::picture_files;
 use crate::measure::{PictureSize, Stats, Watch};
-use crate::render::{Backdrop, Integrator, RenderConfig, Rendered, View, legend};
+use crate::render::{Backdrop, Integrator, Reached, RenderConfig, Rendered, View, legend};
 use std::path::{Path, PathBuf};
 
 pub fn run(args: &RenderArgs) -> Result<(), CliError> {
@@ -20,6 +20,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
             width: config.width,
             height: config.height,
             spp: config.spp,
+            mean_spp: None,
         },
         ..Stats::default()
     };
@@ -46,7 +47,9 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     let path = args.scene.as_deref();
     let options = args.common.load_options(outputs);
     let scene = load(path, &options, &mut watch, &mut stats)?;
-    let config = args.light.complete(config, &scene);
+    let config = args
+        .light
+        .complete(of_camera(config, &scene, args.common.size)?, &scene)?;
     let config = args.outputs.complete(config)?;
     let (scene, config) = match args.light.ground {
         true => ground::stand(scene, named(path), config)?,
@@ -54,25 +57,25 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     };
     warn_of_losses(&scene, &config);
     stats.picture.spp = config.spp;
-    let development = match config.integrator {
-        Integrator::Path => args.development.of_paths(development),
-        _ => development,
-    };
+    (stats.picture.width, stats.picture.height) = (config.width, config.height);
+    memory::check(&config, development.bits, &picture_path)?;
+    let (development, config) = (args.development).complete(development, &picture_path, config);
     let prepared = complete(scene, named(path), &config, &mut watch, &mut stats)?;
     let render = |view: &View| crate::render::render(view, &config, false, &progress);
     let Rendered {
         mut picture,
         counts,
-        mean_samples,
+        reached,
         readings,
         ..
     } = prepared.traced((&mut watch, &mut stats), &progress, render)??;
     stats.rays = counts;
+    stats.picture.mean_spp = reached.map(|reached| reached.mean_samples);
     stats.stages.push(watch.stage("render"));
     picture.metadata = metadata::of(
         args.outputs.metadata,
         (&config, &prepared.camera, path),
-        (&picture, mean_samples),
+        (&picture, reached.map(|reached| reached.mean_samples)),
         &stats,
     );
 
@@ -95,7 +98,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
             .join(", "),
         config.width,
         config.height,
-        light_of(&config, mean_samples),
+        light_of(&config, reached),
         stats.rays.total(),
         stats.seconds("render"),
         rate(stats.rays_per_second)
@@ -119,17 +122,29 @@ pub fn check_alpha(has_alpha: bool, path: &Path) -> Result<(), CliError> {
 }
 
 /// Names the integrator that was chosen, unless it is the plain one.
-fn light_of(config: &RenderConfig, mean_samples: Option<f64>) -> String {
+fn light_of(config: &RenderConfig, reached: Option<Reached>) -> String {
     let name = match config.integrator {
         Integrator::Direct => return String::new(),
         Integrator::Path => "paths",
         Integrator::Ao => "ambient occlusion",
         Integrator::Inspect(_) => return String::new(),
     };
-    match mean_samples {
-        Some(mean) => format!(", {name} of {mean:.1} spp in the mean"),
-        None => format!(", {name} of {} spp", config.spp),
-    }
+    let (Some(reached), Some(adaptive)) = (reached, config.adaptive) else {
+        return format!(", {name} of {} spp", config.spp);
+    };
+    let noise = adaptive.noise;
+    let quality = match reached.noisy {
+        0.0 => format!("noise below {noise}"),
+        noisy => format!(
+            "noise above {noise} in {:.1} % of the picture at --max-spp {}",
+            noisy * 100.0,
+            adaptive.most()
+        ),
+    };
+    format!(
+        ", {name} of {:.1} spp in the mean, {quality}",
+        reached.mean_samples
+    )
 }
 
 /// Returns `-o`, or the scene's name as a PNG, or as a part of a picture, in the current folder.

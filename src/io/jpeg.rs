@@ -28,18 +28,14 @@ pub(super) fn encode(
             "JPEG has at most {LONGEST} pixels on a side; name a .png or .exr"
         )));
     }
+    // What is transparent lies over black, if over no other colour.
+    let behind = development.behind.unwrap_or([0.0; 3]);
     let development = Development {
         bits: Bits::Eight,
+        behind: picture.alpha.as_ref().map(|_| behind),
         ..*development
     };
-    // Premultiplied colour is that over black.
-    let opaque = Picture {
-        width,
-        height,
-        color: picture.color.clone(),
-        ..Picture::default()
-    };
-    let samples = low(&opaque, &development);
+    let samples = low(picture, &development);
     let mut bytes = Vec::new();
     JpegEncoder::new_with_quality(&mut bytes, QUALITY)
         .write_image(&samples, width, height, ExtendedColorType::Rgb8)

@@ -53,7 +53,7 @@ pub use native::json_schema;
 pub use parts::{Part, PartHeader};
 pub use png::encode as png_bytes;
 pub use polynomials::{KnownRoot, Listed, load_polynomials};
-pub use pov::{PovError, text as pov_text};
+pub use pov::{PovError, text as pov_text, warning as pov_warning};
 pub use rays::{RaySet, TriangleSet};
 pub use shared::aovs::AovSet;
 pub use shared::folder::Folder;

@@ -2,7 +2,8 @@
 //!
 //! Colour is premultiplied in a picture and straight in the file, as PNG asks for: it is divided
 //! by alpha, and then developed. Where alpha is 0 the file is black, and light that a pixel has
-//! without covering anything, such as a glow, is lost. Alpha is linear and not dithered.
+//! without covering anything, such as a glow, is lost. Alpha is linear and not dithered. A
+//! picture that is laid over a colour ([`Development::behind`]) has no alpha in the file.
 
 use crate::shared::srgb::SrgbEncoder;
 use crate::{Bits, Development, Picture, SaveError};
@@ -16,7 +17,7 @@ pub fn encode(
     development: &Development,
     path: &Path,
 ) -> Result<Vec<u8>, SaveError> {
-    let has_alpha = picture.alpha.is_some();
+    let has_alpha = picture.alpha.is_some() && development.behind.is_none();
     let (samples, kind) = match (development.bits, has_alpha) {
         (Bits::Eight, false) if development.is_plain() => (plain(picture), ExtendedColorType::Rgb8),
         (Bits::Eight, false) => (low(picture, development), ExtendedColorType::Rgb8),
@@ -70,10 +71,14 @@ fn each_sample(picture: &Picture, development: &Development, mut put: impl FnMut
             Some(_) => [0.0; 3],
         };
         let (x, y) = (i as u32 % picture.width, i as u32 / picture.width);
-        for code in develop.codes(straight, x, y) {
+        let codes = match (alpha, development.behind) {
+            (Some(alpha), Some(behind)) => develop.codes_over(straight, alpha, behind, x, y),
+            _ => develop.codes(straight, x, y),
+        };
+        for code in codes {
             put(code);
         }
-        if let Some(alpha) = alpha {
+        if let (Some(alpha), None) = (alpha, development.behind) {
             let highest = development.bits.highest();
             put((f64::from(alpha) * f64::from(highest) + 0.5).min(f64::from(highest)) as u16);
         }

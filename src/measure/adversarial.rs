@@ -17,7 +17,7 @@ mod targets;
 use crate::accel::World;
 use crate::plan::Kernels;
 use crate::render::{Progress, mix, unit};
-use crate::scene::{Camera, Instance, Projection, Scene};
+use crate::scene::{Camera, Instance, Scene};
 use crate::trace::{
     BEAM, Caching, Depths, HitId, HitIds, Hits, Outcome, RayKind, Rays, ScratchPool, ShadowCache,
     TraceScratch, TracedRay, Vectors, any, closest,
@@ -88,13 +88,11 @@ pub fn adversarial_rays(
 }
 
 fn from_eye(camera: &Camera, to: DVec3, size: f64) -> (DVec3, DVec3, f32) {
-    match camera.projection {
-        Projection::Perspective { .. } => (camera.eye, to - camera.eye, f32::INFINITY),
-        Projection::Orthographic { .. } => {
-            let dir = rounded(camera.forward);
-            (to - dir * (4.0 * size), dir, f32::INFINITY)
-        }
+    if camera.projection.is_parallel() {
+        let dir = rounded(camera.forward);
+        return (to - dir * (4.0 * size), dir, f32::INFINITY);
     }
+    (camera.eye, to - camera.eye, f32::INFINITY)
 }
 
 /// Approximate centre and size of a scene.

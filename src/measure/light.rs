@@ -16,7 +16,7 @@ use crate::reference::light::{
     Vertex, WEIGHT, chord_of, error, extent, ray_apart,
 };
 use crate::render::{Block, PathProbe, Progress, RenderConfig, View};
-use crate::scene::{Rgb, studio};
+use crate::scene::{Projection, Rgb, studio};
 use crate::shade::path::PathVertex;
 use crate::trace::HitId;
 use rayon::prelude::*;
@@ -107,6 +107,18 @@ pub fn verify_light(
     let probe = probe.ok_or(LightError::Unknown("integrators without paths"))?;
     if config.sampler != crate::light::sampler::Kind::Sobol || config.spp > 1 << 16 {
         return Err(LightError::Unknown("samplers but sobol"));
+    }
+    if view.camera.lens.is_some() {
+        return Err(LightError::Unknown("lenses"));
+    }
+    let pinhole = matches!(
+        view.camera.projection,
+        Projection::Perspective { .. } | Projection::Orthographic { .. }
+    );
+    if !pinhole {
+        return Err(LightError::Unknown(
+            "cameras but perspective and orthographic",
+        ));
     }
     let settings = Settings {
         camera: view.camera,

@@ -169,6 +169,9 @@ fn primary(source: &Source, camera: Camera, pixels: &[Pixel]) -> (RaySet, Vec<u3
     let mut numbers = Vec::with_capacity(pixels.len());
     for pixel in pixels {
         let (org, dir) = generator.ray(pixel.x.into(), pixel.y.into(), [0.5, 0.5]);
+        if dir.is_nan() {
+            continue;
+        }
         push(&mut set, org, dir, f32::INFINITY);
         if set.len() > numbers.len() {
             numbers.push(pixel.number);
@@ -181,9 +184,9 @@ fn orthographic(source: &Source) -> Camera {
     let camera = source.camera;
     let half_height = match camera.projection {
         Projection::Orthographic { half_height } => half_height,
-        Projection::Perspective { half_height } => {
+        other => {
             let depth = (middle(source.world) - camera.eye).dot(camera.forward);
-            half_height * if depth > 0.0 { depth } else { 1.0 }
+            other.half_height() * if depth > 0.0 { depth } else { 1.0 }
         }
     };
     Camera {

@@ -66,11 +66,15 @@ pub struct PlanSummary {
     pub solvers: Vec<&'static str>,
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct PictureSize {
     pub width: u32,
     pub height: u32,
+    /// Samples of a pixel, at the most.
     pub spp: u32,
+    /// Samples of a pixel in the mean, where their number was adaptive.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mean_spp: Option<f64>,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]

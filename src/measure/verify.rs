@@ -363,7 +363,8 @@ fn own_ray(ray: &TracedRay, level: f64) -> Ray {
 }
 
 /// Compares an answer with the reference's. A wrong answer is undecided if it were
-/// right with level sets shifted by the error that f64 may have in them.
+/// right with level sets shifted by the error that f64 may have in them: by one shift for all of
+/// the ray, or by one for what it hits and another for what lies before that.
 fn check(
     reference: &Reference,
     ray: &TracedRay,
@@ -383,13 +384,37 @@ fn check(
             check_at(reference, ray, (&said, *level), options, &mut shifted);
             shifted.counts.wrong() == 0
         };
-        if [1.0, -1.0].iter().any(is_right) {
+        if [1.0, -1.0].iter().any(is_right) || may_be_hit(reference, ray) {
             own = Comparison::default();
             own.counts.rays = 1;
             own.note(MismatchKind::Undecided, ray, said);
         }
     }
     out.append(own);
+}
+
+/// Says whether, for some shifts, a ray's hit is a crossing and nothing lies before it.
+fn may_be_hit(reference: &Reference, ray: &TracedRay) -> bool {
+    let Outcome::Hit {
+        t,
+        instance,
+        primitive,
+        ..
+    } = ray.outcome
+    else {
+        return false;
+    };
+    const SHIFTS: [f64; 3] = [0.0, 1.0, -1.0];
+    let near = |c: &Crossing| c.primitive == primitive && (c.t - t).abs() <= SAME * t.abs();
+    let crosses = |level: &f64| {
+        let crossings = reference.crossings_of(own_ray(ray, *level), instance, primitive);
+        crossings.iter().any(near)
+    };
+    let is_first = |level: &f64| {
+        let nearest = reference.nearest_of(own_ray(ray, *level), f64::from(ray.t_max));
+        nearest.is_none_or(|hit| hit.t >= t - SAME * t.abs())
+    };
+    SHIFTS.iter().any(crosses) && SHIFTS.iter().any(is_first)
 }
 
 fn check_at(
@@ -421,6 +446,9 @@ fn check_shadow(ray: &TracedRay, own: Shadow, out: &mut Comparison) {
     };
     out.note(kind, ray, Said::Shadow(own));
 }
+
+/// The relative distance up to which two t are those of one crossing.
+const SAME: f64 = 1e-5;
 
 fn check_nearest(
     ray: &TracedRay,
@@ -462,7 +490,7 @@ fn check_nearest(
     // A large error may mean another crossing: the far side instead of the near one. It
     // does not where the mode's number type has no closer number, as below its whole
     // range.
-    let far = rel_t_error > 1e-5 && off > options.float.ulp(hit.t);
+    let far = rel_t_error > SAME && off > options.float.ulp(hit.t);
     let other = |c: &Crossing| c.primitive == hit.primitive && (c.t - t).abs() < off;
     if !t.is_finite() || far && all().iter().any(other) {
         return wrong(MismatchKind::WrongId);

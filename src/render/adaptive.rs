@@ -4,8 +4,11 @@
 //! threads can show.
 //!
 //! Noise is that of Dammertz et al., "A Hierarchical Automatic Stopping Condition for Monte
-//! Carlo Global Illumination" (2010), section 2.1: the difference between all samples and the
-//! even ones, over the root of the radiance. A block's noise is the largest mean of 3×3 pixels.
+//! Carlo Global Illumination" (2010), section 2.1: the difference between all samples and half of
+//! them, over the root of the radiance. A block's noise is the largest mean of 3×3 pixels. The
+//! half is the first half, not the even samples: an aligned run of a scrambled Sobol' sequence
+//! is as well spread as the whole is, whereas every second sample is spread by chance and would
+//! show the noise of independent samples, several times the picture's own.
 
 use super::Picture;
 use super::camera::RayGenerator;
@@ -31,12 +34,20 @@ pub struct Adaptive {
     pub most: u32,
 }
 
+impl Adaptive {
+    /// Returns the most samples that a pixel can get: a power of two, as the halves of all
+    /// passes are.
+    pub fn most(&self) -> u32 {
+        1 << self.most.max(1).ilog2()
+    }
+}
+
 /// What a pixel has collected.
 #[derive(Clone, Copy, Debug, Default)]
 struct Pixel {
     sum: [f64; 4],
-    /// Of the samples with even numbers.
-    even: [f64; 4],
+    /// Of the first half of the samples.
+    half: [f64; 4],
     count: u32,
 }
 
@@ -47,7 +58,18 @@ pub struct AdaptiveFilm {
     height: u32,
     /// Layers of light and mattes, if they are kept.
     layers: LayerFilm,
+    /// Blocks that were too noisy when their pixels had the most samples.
+    noisy: usize,
     pub counts: RayCounts,
+}
+
+/// What sampling came to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reached {
+    /// Mean number of samples of a pixel.
+    pub mean_samples: f64,
+    /// Share of the picture's blocks that are noisier than was asked, at the most samples.
+    pub noisy: f64,
 }
 
 impl AdaptiveFilm {
@@ -73,15 +95,19 @@ impl AdaptiveFilm {
         self.layers.put(outputs, picture, &self.sample_counts());
         if let Some(column) = &mut picture.variance {
             for (row, pixel) in column.iter_mut().zip(&self.pixels) {
-                *row = variance(pixel.sum, pixel.even, pixel.count);
+                *row = variance((pixel.sum, pixel.count), (pixel.half, pixel.count / 2));
             }
         }
     }
 
-    /// Returns the mean number of samples.
-    pub fn mean_samples(&self) -> f64 {
+    /// Returns the mean number of samples, and how much of the picture stayed noisy.
+    pub fn reached(&self) -> Reached {
         let sum: u64 = self.pixels.iter().map(|p| u64::from(p.count)).sum();
-        sum as f64 / self.pixels.len().max(1) as f64
+        let blocks = self.width.div_ceil(BLOCK) * self.height.div_ceil(BLOCK);
+        Reached {
+            mean_samples: sum as f64 / self.pixels.len().max(1) as f64,
+            noisy: self.noisy as f64 / f64::from(blocks.max(1)),
+        }
     }
 }
 
@@ -100,14 +126,16 @@ pub fn render_adaptively(
         width,
         height,
         layers: LayerFilm::default(),
+        noisy: 0,
         counts: RayCounts::default(),
     };
     let keeps_more = picture.layers.is_some() || config.aovs.any_of_mattes();
-    let most = 1 << adaptive.most.max(1).ilog2();
+    let most = adaptive.most();
     let mut blocks: Vec<(u32, u32)> = (0..columns * rows)
         .map(|i| (i % columns, i / columns))
         .collect();
-    let mut range = 0..first_pass(adaptive.noise).min(most);
+    let first = first_pass(adaptive.noise).min(most);
+    let mut range = 0..first.div_ceil(2);
     while !blocks.is_empty() && !range.is_empty() && !progress.is_cancelled() {
         let workers = ScratchPool::<Worker>::default();
         let counts = Mutex::new(RayCounts::default());
@@ -137,7 +165,7 @@ pub fn render_adaptively(
                         let row = spot.row as usize;
                         let pixel = Pixel {
                             sum: sums.all.of(row),
-                            even: sums.even.as_ref().map_or([0.0; 4], |even| even.of(row)),
+                            half: [0.0; 4],
                             count: range.len() as u32,
                         };
                         let more = keeps_more.then(|| More::of(&sums, row));
@@ -157,13 +185,15 @@ pub fn render_adaptively(
                 film.layers.add(place, layers, count);
             }
             let pixel = &mut film.pixels[place];
+            pixel.half = pixel.sum;
             pixel.sum = plus(pixel.sum, more.sum);
-            pixel.even = plus(pixel.even, more.even);
             pixel.count += more.count;
         }
         film.counts
             .add(&counts.into_inner().unwrap_or_else(|e| e.into_inner()));
-        blocks = film.noisy_blocks(adaptive.noise, range.end);
+        if range.end >= first {
+            blocks = film.noisy_blocks(adaptive.noise, range.end);
+        }
         range = range.end..(2 * range.end).min(most);
     }
     film
@@ -179,7 +209,7 @@ fn first_pass(noise: f32) -> u32 {
 impl AdaptiveFilm {
     /// Lists the blocks that are too noisy or beside such a block, among those that took part
     /// in the last pass, or are called in again.
-    fn noisy_blocks(&self, threshold: f32, count: u32) -> Vec<(u32, u32)> {
+    fn noisy_blocks(&mut self, threshold: f32, count: u32) -> Vec<(u32, u32)> {
         let (columns, rows) = (self.width.div_ceil(BLOCK), self.height.div_ceil(BLOCK));
         let noise: Vec<f64> = self.pixels.iter().map(Pixel::noise).collect();
         let is_noisy = |column: u32, row: u32| {
@@ -193,6 +223,7 @@ impl AdaptiveFilm {
         let noisy: Vec<bool> = (0..columns * rows)
             .map(|i| is_noisy(i % columns, i / columns))
             .collect();
+        self.noisy = noisy.iter().filter(|is| **is).count();
         let at = |column: u32, row: u32| {
             // A block that was left has fewer samples than a pass ends with; it cannot take
             // part again without the passes that it missed.
@@ -229,8 +260,9 @@ const DARK: f64 = 1e-3;
 impl Pixel {
     fn noise(&self) -> f64 {
         let count = f64::from(self.count);
-        let half = f64::from(self.count.div_ceil(2));
-        let differ = (0..4).map(|k| (self.sum[k] / count - self.even[k] / half).abs());
+        // A single sample has no half, and counts as noisy.
+        let half = f64::from((self.count / 2).max(1));
+        let differ = (0..4).map(|k| (self.sum[k] / count - self.half[k] / half).abs());
         let radiance: f64 = self.sum[..3].iter().map(|sum| sum / count).sum();
         // As in Cycles, above white the noise counts relative to the radiance.
         let scale = match radiance > 1.0 {

@@ -86,6 +86,10 @@ impl Inspector<'_> {
         for spot in order {
             let at = (self.corner.0 + spot.x, self.corner.1 + spot.y);
             let (org, dir) = self.generator.ray(at.0, at.1, [0.5; 2]);
+            if dir.is_nan() {
+                put(spot.row, self.nothing(), NOTHING);
+                continue;
+            }
             let (counter, decided) = (Counter::default(), trace.decided);
             count_ray(self.view, kernels, (org, dir), &counter, trace);
             let counts = counter.counts();

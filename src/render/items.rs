@@ -18,6 +18,7 @@ pub fn item_buffer(
     order: impl Fn(u32) -> Vec<(u32, u32)> + Sync,
 ) -> Option<ItemBuffer> {
     world.item_boxes.as_ref()?;
+    // The list of a tile holds what all rays through its rectangle may meet.
     if !matches!(camera.projection, Projection::Perspective { .. }) {
         return None;
     }

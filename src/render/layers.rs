@@ -77,9 +77,10 @@ impl<'s> PathOutputs<'s> {
                 layer.color[place(row as u32)] = mean(sums.layers[*number].of(row), count);
             }
         }
-        if let (Some(column), Some(even)) = (&mut picture.variance, &sums.even) {
-            for row in 0..sums.all.pixels() {
-                column[place(row as u32)] = variance(sums.all.of(row), even.of(row), count);
+        if let (Some(column), Some(half)) = (&mut picture.variance, &sums.half) {
+            for (row, half) in half.iter().enumerate() {
+                let all = (sums.all.of(row), count);
+                column[place(row as u32)] = variance(all, (*half, count / 2));
             }
         }
         if let (Some(names), Some(lists)) = (&self.mattes, &sums.met) {
@@ -104,16 +105,16 @@ fn mean(sum: [f64; 4], count: u32) -> Rgb {
     std::array::from_fn(|k| finite(sum[k] * share))
 }
 
-/// Returns the variance of the mean of samples by the means of their halves A and B, those of even
-/// and of odd numbers: (A - B)²/4; 0 of a single sample, which tells none.
-pub fn variance(all: [f64; 4], even: [f64; 4], count: u32) -> Rgb {
-    let evens = count.div_ceil(2);
-    let odds = count - evens;
-    if odds == 0 {
+/// Returns the variance of the mean of samples, by their sum and that of the first half, with their
+/// numbers: (A - B)²/4 of the means A and B of the first half and of the rest; 0 of a single sample,
+/// which tells none.
+pub fn variance((all, count): ([f64; 4], u32), (half, halves): ([f64; 4], u32)) -> Rgb {
+    let rest = count - halves;
+    if rest == 0 || halves == 0 {
         return [0.0; 3];
     }
     std::array::from_fn(|k| {
-        let apart = even[k] / f64::from(evens) - (all[k] - even[k]) / f64::from(odds);
+        let apart = half[k] / f64::from(halves) - (all[k] - half[k]) / f64::from(rest);
         finite(apart * apart / 4.0)
     })
 }
@@ -190,11 +191,13 @@ mod tests {
 
     #[test]
     fn halves_tell_the_variance() {
-        let of = |all: f64, even: f64, count| variance([all; 4], [even; 4], count)[0];
-        assert_eq!(of(3.0, 3.0, 1), 0.0);
+        let of =
+            |all: f64, half: f64, count| variance(([all; 4], count), ([half; 4], count / 2))[0];
+        assert_eq!(of(3.0, 0.0, 1), 0.0);
         // Halves 1 and 2: the mean is 1.5 ± 0.5.
         assert_eq!(of(3.0, 1.0, 2), 0.25);
-        assert_eq!(of(5.0, 2.0, 3), 1.0);
+        // One sample of 1, and two of the mean 2.
+        assert_eq!(of(5.0, 1.0, 3), 0.25);
         assert_eq!(of(f64::NAN, 1.0, 4), 0.0);
         assert_eq!(of(f64::INFINITY, 1.0, 4), f32::MAX);
     }

@@ -21,7 +21,7 @@ mod tile;
 
 pub use crate::io::{AovSet, Picture};
 pub use crate::shade::path::Ground;
-pub use adaptive::Adaptive;
+pub use adaptive::{Adaptive, Reached};
 pub use camera::RayGenerator;
 pub use config::{Backdrop, Cost, Grid, Inspection, Integrator, RenderConfig, TileOrder};
 pub use film::bytes as picture_bytes;

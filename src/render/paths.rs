@@ -116,8 +116,8 @@ fn white() -> Material {
 /// Sums of a tile's samples.
 pub struct TileSums<'b> {
     pub all: Sums<'b>,
-    /// Those of even numbers, for adaptive sampling and the variance.
-    pub even: Option<Sums<'b>>,
+    /// Those of the first half of the samples, if the variance is kept.
+    pub half: Option<Vec<[f64; 4]>>,
     /// By layer of light, if they are kept.
     pub layers: Vec<Sums<'b>>,
     /// What the samples meet first, if mattes are kept.
@@ -165,12 +165,12 @@ impl PathTile<'_> {
         let pixels = self.order.len();
         let slots = arena.alloc_slice_fill_copy(pixels, [0.0_f32; 4]);
         let aovs = &self.config.aovs;
-        let halves = self.config.adaptive.is_some() || aovs.variance;
+        let middle = aovs.variance.then_some(samples.start.midpoint(samples.end));
         let layers = self.picture.layers.as_ref().map_or(0, LayerPlan::count);
         let has_mattes = aovs.any_of_mattes();
         let mut sums = TileSums {
             all: Sums::new(pixels, arena),
-            even: halves.then(|| Sums::new(pixels, arena)),
+            half: None,
             layers: (0..layers).map(|_| Sums::new(pixels, arena)).collect(),
             met: has_mattes.then(|| MetLists::new(pixels, arena)),
         };
@@ -194,15 +194,20 @@ impl PathTile<'_> {
             slots.fill([0.0, 0.0, 0.0, 1.0]);
             scratch.clear_outputs();
             self.queue_rays(sample, scratch);
+            if self.generator.has_blind_spots() {
+                slots.iter_mut().for_each(|slot| slot[3] = 0.0);
+                for row in scratch.queued() {
+                    slots[*row as usize][3] = 1.0;
+                }
+            }
             tracer.run(scratch, sample, slots, &mut cache, statistics);
             if self.cancel.load(Relaxed) {
                 break;
             }
-            sums.all.add(slots);
-            match &mut sums.even {
-                Some(even) if sample % 2 == 0 => even.add(slots),
-                _ => {}
+            if middle == Some(sample) {
+                sums.half = Some((0..pixels).map(|pixel| sums.all.of(pixel)).collect());
             }
+            sums.all.add(slots);
             let layers = scratch.layers().into_iter().flat_map(LayerSlots::layers);
             for (sum, layer) in sums.layers.iter_mut().zip(layers) {
                 sum.add(layer);
@@ -246,17 +251,22 @@ impl PathTile<'_> {
             let spots: [Spot; STEP] = std::array::from_fn(|i| some[i.min(some.len() - 1)]);
             let at = spots.map(|spot| (self.corner.0 + spot.x, self.corner.1 + spot.y));
             let key = at.map(|(x, y)| sampler.key(x, y));
-            let [u, v, _, _] = sampler.pad(Words::load(&key), Words::splat(sample), 0);
+            let [u, v, on_lens @ ..] = sampler.pad(Words::load(&key), Words::splat(sample), 0);
             let [(dx, wx), (dy, wy)] = [u, v].map(|u: Singles| filter.offset(u));
             let half = Doubles::splat(0.5);
             let place = |of: fn((u32, u32)) -> u32| Doubles::load(&at.map(|p| f64::from(of(p))));
             let across = self.generator.across(place(|p| p.0), half + dx.widen());
             let up = self.generator.up(place(|p| p.1), half + dy.widen());
-            let rows = (1 << some.len()) - 1;
-            let rays = self.generator.through(across, up);
+            let mut rays = self.generator.through(across, up);
+            if self.generator.has_lens() {
+                rays = self.generator.through_lens(rays, on_lens);
+            }
+            let rows = self.generator.seeing(&rays.1, some.len());
             queue.push_some(rows, rays, &spots.map(|spot| spot.row));
             queue.weigh_some(wx * wy, rows);
-            keys.extend_from_slice_copy(&key[..some.len()]);
+            for i in (0..some.len()).filter(|i| rows >> i & 1 != 0) {
+                keys.push(key[i]);
+            }
         }
         queue.complete(f32::INFINITY, RayKind::Primary);
     }

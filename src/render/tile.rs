@@ -5,7 +5,7 @@
 //! the picture. A tile is traced sample by sample; its transient columns live in the
 //! worker's arena, which is reset after the tile.
 
-use super::adaptive::{AdaptiveFilm, render_adaptively};
+use super::adaptive::{AdaptiveFilm, Reached, render_adaptively};
 use super::camera::RayGenerator;
 use super::config::{Backdrop, Inspection, Integrator as How, RenderConfig, TileOrder};
 use super::film::{AovSample, blank, put};
@@ -57,8 +57,8 @@ pub struct Rendered {
     pub record: Vec<TracedRay>,
     /// Number of (ray, primitive) pairs decided by exact arithmetic.
     pub decided: u64,
-    /// Mean number of samples per pixel, if they were adaptive.
-    pub mean_samples: Option<f64>,
+    /// What sampling came to, if it was adaptive.
+    pub reached: Option<Reached>,
     /// What was read at each pixel, row by row, if the picture is an inspection.
     pub readings: Vec<Reading>,
 }
@@ -176,7 +176,7 @@ fn render_tiles(
         counts: RayCounts::default(),
         record: Vec::new(),
         decided: 0,
-        mean_samples: None,
+        reached: None,
         readings,
     });
     let workers = ScratchPool::<Worker>::default();
@@ -249,7 +249,7 @@ fn render_tiles(
     if let Some(film) = &film {
         film.put(&outputs, &mut done.picture);
         done.counts.add(&film.counts);
-        done.mean_samples = Some(film.mean_samples());
+        done.reached = Some(film.reached());
     }
     if let Some(samples) = &mut done.picture.samples {
         match &film {
@@ -483,6 +483,7 @@ impl Tile<'_> {
         // A single sample lies at the centre.
         let number = (config.samples() > 1).then_some(sample);
         self.queue_rays(&generator, order, number, scratch);
+        self.uncover_blind(order, scratch, statistics);
         let integrator = self.integrator();
         // The outputs beside the colour are those of the pixel's centre.
         let keep = number.is_none() && config.aovs.any_of_hits();
@@ -513,13 +514,28 @@ impl Tile<'_> {
                 ],
                 None => self.sampled(generator, &spots, sample.unwrap_or(0)),
             };
-            queue.push_some(
-                (1 << some.len()) - 1,
-                generator.through(across, up),
-                &spots.map(|spot| spot.row),
-            );
+            let rays = generator.through(across, up);
+            let rows = generator.seeing(&rays.1, some.len());
+            queue.push_some(rows, rays, &spots.map(|spot| spot.row));
         }
         queue.complete(f32::INFINITY, RayKind::Primary);
+    }
+
+    /// Notes that pixels without a ray cover nothing.
+    fn uncover_blind(&self, order: &[Spot], scratch: &mut Scratch, statistics: &mut Statistics) {
+        let Some(covered) = &mut statistics.covered else {
+            return;
+        };
+        if !self.generator.has_blind_spots() {
+            return;
+        }
+        let mut sees = [false; SIDE * SIDE];
+        for row in &scratch.camera_rays().pixel {
+            sees[*row as usize] = true;
+        }
+        for spot in order.iter().filter(|spot| !sees[spot.row as usize]) {
+            covered[spot.row as usize] -= 1.0;
+        }
     }
 
     /// Keeps what the rays through the pixels' centres hit, for the outputs beside the colour
@@ -548,6 +564,7 @@ impl Tile<'_> {
         first_hit: &mut dyn FnMut(u32, &Surface, HitId),
     ) {
         self.queue_rays(self.generator, order, None, scratch);
+        self.uncover_blind(order, scratch, statistics);
         let integrator = Integrator {
             lights: &[],
             max_depth: 0,

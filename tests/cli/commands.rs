@@ -117,6 +117,14 @@ fn wrong_arguments() {
         (small(&["--exposure", "nan"]), "number of stops"),
         (small(&["--background", "mauve"]), "R,G,B"),
         (
+            small(&["--integrator", "direct", "--noise", "0.1"]),
+            "--noise is for pictures of paths",
+        ),
+        (
+            small(&["--integrator", "direct", "--filter", "box"]),
+            "--filter is for pictures of paths",
+        ),
+        (
             small(&["--aov", "depth,smell"]),
             "no output 'smell'; known are",
         ),

@@ -1,6 +1,6 @@
 //! Output files appear whole or not at all, also after errors, signals and closed pipes.
 
-use crate::run::{fails, folder, lanecast, names, small, stderr};
+use crate::run::{fails, folder, lanecast, names, small, stderr, stdout};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -383,4 +383,64 @@ fn inspections_have_a_legend() {
             fails(&arguments, 2, &format!("leave out {}", option[0]));
         }
     }
+}
+
+/// What stands behind things is the colour that was named, whatever the tone curve makes of light.
+#[test]
+fn a_named_background_is_that_colour_in_the_file() {
+    let folder = folder();
+    let scene = "format = 1\n[camera]\neye = [0, 0, 9]\nlook_at = [0, 0, 0]\nfov_y = 40\n\
+                 [shape.ball]\nsphere = { center = [0, 0, 0], radius = 1 }\n\
+                 [[instance]]\nshape = \"ball\"\n";
+    fs::write(folder.path().join("s.toml"), scene).unwrap();
+    for (exposure, name, code) in [
+        ("0", "white", [255; 3]),
+        ("-1", "white", [255; 3]),
+        ("2", "0.5,0.2,0", [188, 124, 0]),
+    ] {
+        let mut arguments = vec!["render", "s.toml", "--size", "8x8", "-o", "s.png"];
+        arguments.extend(["--integrator", "path", "--spp", "1", "--background", name]);
+        arguments.extend(["--exposure", exposure, "--dither", "off"]);
+        let output = lanecast(folder.path(), &arguments);
+        assert!(output.status.success(), "{}", stderr(&output));
+        let picture = image::open(folder.path().join("s.png")).unwrap();
+        assert_eq!(picture.color(), image::ColorType::Rgb8);
+        assert_eq!(picture.to_rgb8().get_pixel(0, 0).0, code, "{name}");
+        assert_ne!(picture.to_rgb8().get_pixel(4, 4).0, code, "{name}");
+    }
+}
+
+/// Sampling until it is quiet says whether it is, and how many samples that took.
+#[test]
+fn adaptive_sampling_says_what_it_reached() {
+    let said = |noise: &'static str, most: &'static str| {
+        let folder = folder();
+        let options = [
+            "--integrator",
+            "path",
+            "--noise",
+            noise,
+            "--max-spp",
+            most,
+            "--json",
+            "s.json",
+        ];
+        let output = lanecast(folder.path(), &small(&options));
+        assert!(output.status.success(), "{}", stderr(&output));
+        let stats = fs::read_to_string(folder.path().join("s.json")).unwrap();
+        assert!(stats.contains("\"mean_spp\": "), "{stats}");
+        (stdout(&output).to_owned(), stderr(&output).to_owned())
+    };
+    let (quiet, note) = said("1", "16");
+    assert!(
+        quiet.contains(" spp in the mean, noise below 1,"),
+        "{quiet}"
+    );
+    assert_eq!(note, "");
+    let (loud, note) = said("0.0001", "5");
+    assert!(
+        loud.contains(" 4.0 spp in the mean, noise above 0.0001 in 100.0 % of the picture"),
+        "{loud}"
+    );
+    assert!(note.contains("--max-spp 5 is 4"), "{note}");
 }

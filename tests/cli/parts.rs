@@ -165,6 +165,11 @@ fn ranges_that_are_no_parts_are_refused_with_the_remedy() {
         "independent",
     );
     fails(&with(&["0..4", "--grid", "corners"]), 2, "--grid corners");
+    fails(
+        &with(&["0..4", "--background", "white"]),
+        2,
+        "ask for --background transparent",
+    );
     let png = [
         "render",
         "--integrator",

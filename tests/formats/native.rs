@@ -4,7 +4,7 @@ use crate::common::{in_repository, spans};
 use glam::DVec3;
 use lanecast::internals::io::{LoadError, LoadOptions, Loaded, Picture, json_schema, load};
 use lanecast::internals::scene::{
-    CsgId, Falloff, Instances, Light, Material, Model, Operator, Projection, Scene,
+    Camera, CsgId, Falloff, Instances, Light, Material, Model, Operator, Projection, Scene,
 };
 use std::fmt::Write as _;
 use std::time::Instant;
@@ -87,7 +87,7 @@ fn the_scenes_of_the_repository_load() {
             let loaded = load(&path, &LoadOptions::default());
             let loaded = loaded.unwrap_or_else(|e| panic!("{e}"));
             assert_eq!(loaded.warning, None);
-            assert_eq!(loaded.scene.cameras.rows.len(), 1, "{}", path.display());
+            assert!(!loaded.scene.cameras.rows.is_empty(), "{}", path.display());
             // Scenes of light may be lit by what shines, or by the studio.
             let name = path.file_name().unwrap().to_string_lossy();
             let lit = name.starts_with("light_") || !loaded.scene.lights.is_empty();
@@ -474,4 +474,37 @@ fn a_chain_of_a_million_nodes_loads() {
         // Far from what anything quadratic would take.
         assert!(start.elapsed().as_secs() < 60);
     }
+}
+
+/// Cameras keep their names and order; a pose is what eye, look_at and up say, and a calibrated
+/// camera without distortion what fov_y says.
+#[test]
+fn cameras_have_names_poses_and_lenses() {
+    let scene = scene(
+        r#"
+        [camera.front]
+        eye = [1, 2, 5]
+        look_at = [1, 2, 0]
+        fov_y = 90
+        lens = { f_number = 2.0, focal_length = 0.5, focus = [7, 7, 1] }
+        [camera.posed]
+        pose = [[1, 0, 0, 1], [0, -1, 0, 2], [0, 0, -1, 5]]
+        k = { fx = 50, fy = 50, cx = 99.5, cy = 49.5, width = 200, height = 100 }
+        [shape.ball]
+        sphere = { center = [0, 0, 0], radius = 1 }
+        [[instance]]
+        shape = "ball"
+        "#,
+    );
+    let [front, posed] = scene.cameras.rows[..] else {
+        panic!("two cameras");
+    };
+    assert_eq!(scene.cameras.pick(Some("posed")).unwrap(), Some(1));
+    assert_eq!(scene.cameras.pick(None).unwrap(), Some(0));
+    let frame = |c: &Camera| [c.eye, c.right, c.up, c.forward];
+    assert_eq!(frame(&front), frame(&posed));
+    let lens = front.lens.unwrap();
+    assert_eq!((lens.radius, lens.focus, lens.blades), (0.125, 4.0, 0));
+    let half = posed.projection.half_height();
+    assert!((half - front.projection.half_height()).abs() < 1e-15);
 }

@@ -131,7 +131,7 @@ fn objects_and_their_fills_keep_the_order_of_the_file() {
     let half_height = (22.5_f64).to_radians().tan();
     match camera.projection {
         Projection::Perspective { half_height: h } => assert!((h - half_height).abs() < 1e-15),
-        Projection::Orthographic { .. } => panic!("NFF views are perspective"),
+        _ => panic!("NFF views are perspective"),
     }
 }
 

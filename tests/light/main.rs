@@ -5,6 +5,7 @@ mod closed_forms;
 mod identity;
 mod inspections;
 mod layers;
+mod lenses;
 mod media;
 mod pictures;
 mod sampling;

@@ -76,3 +76,51 @@ fn quiet_pictures_are_those_of_all_samples_where_these_were_taken() {
     let off = mean(&some.color) / mean(&all.color) - 1.0;
     assert!(off.abs() < 5e-4, "{off}");
 }
+
+/// Stopping believes in the difference of two halves: it is not far above the error that a
+/// picture really has, so that few samples are wasted, and not below it.
+#[test]
+fn noise_is_told_within_a_small_factor() {
+    const MOST: u32 = 4096;
+    let truth = render(&RenderConfig {
+        spp: 2 * MOST,
+        ..config()
+    });
+    let noise = 0.005_f64;
+    let mut adaptive = RenderConfig {
+        adaptive: Some(Adaptive {
+            noise: noise as f32,
+            most: MOST,
+        }),
+        spp: MOST,
+        seed: 7,
+        ..config()
+    };
+    assert!(adaptive.aovs.add("samples"));
+    let picture = render(&adaptive);
+    let samples = picture.samples.as_ref().unwrap();
+    let error = |i: usize| {
+        let (is, should) = (picture.color[i], truth.color[i]);
+        let sum: f64 = should.iter().map(|c| f64::from(*c)).sum();
+        let off: f64 = (0..3).map(|k| f64::from((is[k] - should[k]).abs())).sum();
+        off / if sum > 1.0 { sum } else { sum.sqrt() + 1e-3 }
+    };
+    let mean_around = |x: usize, y: usize| -> f64 {
+        let near = (y - 1..y + 2).flat_map(|v| (x - 1..x + 2).map(move |u| v * 64 + u));
+        near.map(error).sum::<f64>() / 9.0
+    };
+    // Of blocks that needed more than the first pass, and not all there are.
+    let mut blocks = Vec::new();
+    for (x, y) in (0..16).map(|block| (block % 4 * 16, block / 4 * 16)) {
+        if !(256..MOST).contains(&samples[y * 64 + x]) {
+            continue;
+        }
+        let inside = (y + 1..y + 15).flat_map(|v| (x + 1..x + 15).map(move |u| (u, v)));
+        blocks.push(inside.map(|(u, v)| mean_around(u, v)).fold(0.0, f64::max));
+    }
+    // Others had to go on because of their neighbours.
+    assert!(!blocks.is_empty());
+    let most = blocks.iter().copied().fold(0.0, f64::max);
+    assert!(most > 0.2 * noise, "{most}: too many samples");
+    assert!(most < 1.2 * noise, "{most}: too few samples");
+}

@@ -4,6 +4,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod cameras;
 mod extremes;
 mod light;
 mod light_parts;

@@ -3,6 +3,7 @@
 use super::CliError;
 use super::values::{parse_bits, parse_dither, parse_exposure, parse_tone};
 use crate::io::{Bits, Development, Tone};
+use crate::render::{Backdrop, Integrator, RenderConfig};
 use clap::Args;
 use std::path::Path;
 
@@ -28,7 +29,7 @@ pub struct DevelopmentArgs {
 impl DevelopmentArgs {
     /// Replaces what was not asked for where it is paths that the picture was traced by: its
     /// radiance has no upper end, and its gradients are slow.
-    pub fn of_paths(&self, development: Development) -> Development {
+    pub fn of_radiance(&self, development: Development) -> Development {
         Development {
             tone: self.tone.unwrap_or(Tone::Neutral),
             dither: self.dither.unwrap_or(true),
@@ -36,15 +37,40 @@ impl DevelopmentArgs {
         }
     }
 
+    /// Completes the development of a picture whose integrator is known.
+    ///
+    /// A backdrop that was named is laid under the finished picture, which is traced with alpha,
+    /// where a tone curve or an exposure would make another colour of it.
+    pub fn complete(
+        &self,
+        development: Development,
+        path: &Path,
+        config: RenderConfig,
+    ) -> (Development, RenderConfig) {
+        let development = match config.integrator {
+            Integrator::Path => self.of_radiance(development),
+            _ => development,
+        };
+        let shown_as_is = development.tone == Tone::None && development.exposure == 0.0;
+        match config.backdrop {
+            Backdrop::Color(color) if !shown_as_is && !is_linear(path) => (
+                Development {
+                    behind: Some(color),
+                    ..development
+                },
+                RenderConfig {
+                    backdrop: Backdrop::Transparent,
+                    ..config
+                },
+            ),
+            _ => (development, config),
+        }
+    }
+
     /// Returns the development of the picture `path`; refuses options that it would not heed.
     pub fn checked(&self, path: &Path) -> Result<Development, CliError> {
-        let extension = path.extension().map(|e| e.to_ascii_lowercase());
-        let ends = |known: &[&str]| {
-            let is = |e: &std::ffi::OsString| known.iter().any(|k| e == k);
-            extension.as_ref().is_some_and(is)
-        };
-        let is_linear = ends(&["exr", "hdr"]);
-        if self.bits == Some(Bits::Sixteen) && ends(&["jpg", "jpeg"]) {
+        let is_linear = is_linear(path);
+        if self.bits == Some(Bits::Sixteen) && ends(path, &["jpg", "jpeg"]) {
             return Err(CliError::Usage(
                 "JPEG has 8 bits a channel; leave --bits out, or name a .png".into(),
             ));
@@ -67,6 +93,18 @@ impl DevelopmentArgs {
             exposure: self.exposure.unwrap_or(default.exposure),
             dither: self.dither.unwrap_or(default.dither),
             bits: self.bits.unwrap_or(default.bits),
+            behind: None,
         })
     }
+}
+
+/// Says whether a picture's file holds linear radiance.
+fn is_linear(path: &Path) -> bool {
+    ends(path, &["exr", "hdr"])
+}
+
+/// Says whether a file's name has one of some endings.
+fn ends(path: &Path, known: &[&str]) -> bool {
+    let is = |e: &std::ffi::OsStr| known.iter().any(|k| e.eq_ignore_ascii_case(k));
+    path.extension().is_some_and(is)
 }

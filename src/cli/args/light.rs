@@ -2,10 +2,13 @@
 
 use super::values::one_of;
 use crate::cli::error::CliError;
+use crate::cli::output::complain;
+use crate::cli::plan::beyond_direct;
+use crate::cli::scene::pick_camera;
 use crate::light::filter::Kind as FilterKind;
 use crate::light::sampler::Kind as SamplerKind;
 use crate::render::{Adaptive, Cost, Grid, Inspection, Integrator, RenderConfig};
-use crate::scene::Tables;
+use crate::scene::{Camera, Tables};
 use clap::{Args, value_parser};
 use std::ops::Range;
 
@@ -41,12 +44,12 @@ pub struct LightArgs {
     /// Maximum number of reflections and refractions of a ray [default: 16 for paths, else 5]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..=255))]
     pub max_depth: Option<u32>,
-    /// Random numbers of paths: sobol (Owen-scrambled), stratified or independent
-    #[arg(long, value_name = "NAME", default_value = "sobol", value_parser = parse_sampler)]
-    pub sampler: SamplerKind,
-    /// Pixel filter of paths: blackman-harris, gaussian, mitchell or box
-    #[arg(long, value_name = "NAME", default_value = "blackman-harris", value_parser = parse_filter)]
-    pub filter: FilterKind,
+    /// Random numbers of paths: sobol (Owen-scrambled), stratified or independent [default: sobol]
+    #[arg(long, value_name = "NAME", value_parser = parse_sampler)]
+    pub sampler: Option<SamplerKind>,
+    /// Pixel filter of paths: blackman-harris, gaussian, mitchell or box [default: blackman-harris]
+    #[arg(long, value_name = "NAME", value_parser = parse_filter)]
+    pub filter: Option<FilterKind>,
 }
 
 /// A range of a pixel's samples.
@@ -77,13 +80,26 @@ impl LightArgs {
         }
     }
 
-    /// Completes a configuration for a scene.
-    pub fn complete(&self, config: RenderConfig, scene: &Tables) -> RenderConfig {
+    /// Completes a configuration for a scene; refuses options that its integrator would not heed.
+    pub fn complete(&self, config: RenderConfig, scene: &Tables) -> Result<RenderConfig, CliError> {
+        let camera = pick_camera(&scene.cameras, config.camera.as_deref())?;
         let needed = || match self.ground {
             true => Integrator::Path,
-            false => needed_integrator(scene, config.grid).0,
+            false => needed_integrator(scene, camera, config.grid).0,
         };
         let integrator = self.integrator.0.unwrap_or_else(needed);
+        let paths = matches!(integrator, Integrator::Path | Integrator::Ao);
+        let of_paths = [
+            ("--noise", self.noise.is_some()),
+            ("--sampler", self.sampler.is_some()),
+            ("--filter", self.filter.is_some()),
+        ];
+        if let (false, Some((name, _))) = (paths, of_paths.iter().find(|(_, is)| *is)) {
+            return Err(CliError::Usage(format!(
+                "{name} is for pictures of paths, and this one is not; leave it out, or ask for \
+                 --integrator path"
+            )));
+        }
         let (spp, max_depth) = match integrator {
             Integrator::Direct => (config.spp, 5),
             Integrator::Path => (64, 16),
@@ -94,25 +110,36 @@ impl LightArgs {
             Grid::Centers => self.spp.unwrap_or(spp),
             Grid::Corners => 1,
         };
-        let paths = matches!(integrator, Integrator::Path | Integrator::Ao);
-        let adaptive = self.noise.filter(|_| paths).map(|noise| Adaptive {
+        let adaptive = self.noise.map(|noise| Adaptive {
             noise,
             most: self.max_spp.unwrap_or(1024),
         });
-        RenderConfig {
+        if let (Some(adaptive), Some(asked)) = (&adaptive, self.max_spp)
+            && adaptive.most() != asked
+        {
+            complain(&format!(
+                "note: passes end at powers of two: --max-spp {asked} is {}",
+                adaptive.most()
+            ));
+        }
+        Ok(RenderConfig {
             integrator,
             adaptive,
-            spp: adaptive.map_or(spp, |adaptive| adaptive.most),
+            spp: adaptive.map_or(spp, |adaptive| adaptive.most()),
             max_depth: self.max_depth.unwrap_or(max_depth),
-            sampler: self.sampler,
-            filter: self.filter,
+            sampler: self.sampler.unwrap_or(config.sampler),
+            filter: self.filter.unwrap_or(config.filter),
             ..config
-        }
+        })
     }
 }
 
 /// Returns the integrator that a scene needs, and why.
-pub fn needed_integrator(scene: &Tables, grid: Grid) -> (Integrator, &'static str) {
+pub fn needed_integrator(
+    scene: &Tables,
+    camera: Option<usize>,
+    grid: Grid,
+) -> (Integrator, &'static str) {
     if grid == Grid::Corners {
         // One ray through each corner is no estimate of anything.
         return (Integrator::Direct, "one ray through each corner");
@@ -123,13 +150,25 @@ pub fn needed_integrator(scene: &Tables, grid: Grid) -> (Integrator, &'static st
             "the scene brings no light, and gets a studio",
         );
     }
-    match scene.has_soft_light() {
-        true => (
-            Integrator::Path,
-            "only paths find light of things with an extent",
-        ),
-        false => (Integrator::Direct, "no light of the scene has an extent"),
+    if scene.has_soft_light() {
+        let why = "only paths find light of things with an extent";
+        return (Integrator::Path, why);
     }
+    if camera.is_some_and(|row| has_lens(&scene.cameras.rows[row])) {
+        return (Integrator::Path, "only paths go through a lens");
+    }
+    match beyond_direct(&scene.materials.rows).is_empty() {
+        false => (
+            Integrator::Path,
+            "only paths show what the materials have beside colour, metal and glass",
+        ),
+        true => (Integrator::Direct, "no light of the scene has an extent"),
+    }
+}
+
+/// Says whether a camera's lens blurs anything.
+pub fn has_lens(camera: &Camera) -> bool {
+    camera.lens.is_some_and(|lens| lens.radius > 0.0)
 }
 
 fn parse_integrator(text: &str) -> Result<IntegratorChoice, String> {

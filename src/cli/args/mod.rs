@@ -11,7 +11,7 @@ mod outputs;
 mod values;
 
 pub use compare::CompareArgs;
-pub use light::needed_integrator;
+pub use light::{has_lens, needed_integrator};
 pub use values::Size;
 
 use super::error::CliError;

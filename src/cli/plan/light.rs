@@ -33,8 +33,13 @@ pub struct Light {
 impl Light {
     /// Looks at a scene that is complete for the integrator that it needs; the camera says where
     /// the studio stands.
-    pub fn of(scene: &Scene, instances: &Instances, camera: &Camera, grid: Grid) -> Light {
-        let (integrator, why) = needed_integrator(scene, grid);
+    pub fn of(
+        scene: &Scene,
+        instances: &Instances,
+        camera: &Camera,
+        (row, grid): (Option<usize>, Grid),
+    ) -> Light {
+        let (integrator, why) = needed_integrator(scene, row, grid);
         let made = scene.is_dark().then(|| studio(camera));
         let sky = scene.environment.as_ref().or(made.as_ref());
         let luminaires = Luminaires::of((scene, instances), &scene.lights, sky);
@@ -149,8 +154,16 @@ fn is_medium(material: &Material) -> bool {
     material.transmission > 0.0 && !material.layers.thin_walled
 }
 
+/// Names what some material has and the direct integrator does not show.
+pub fn beyond_direct(rows: &[Material]) -> Vec<&'static str> {
+    const SHOWN: [&str; 5] = ["phong", "emission", "transmission", "metal", "priority"];
+    let mut layers = layers_of(rows);
+    layers.retain(|layer| !SHOWN.contains(layer));
+    layers
+}
+
 /// Names what some material has.
-pub fn layers_of(rows: &[Material]) -> Vec<&'static str> {
+fn layers_of(rows: &[Material]) -> Vec<&'static str> {
     type Has = fn(&Material) -> bool;
     let known: [(&str, Has); 17] = [
         ("phong", |m| matches!(m.model, Model::Phong { .. })),

@@ -58,19 +58,46 @@ impl Writer<'_> {
             number(self.reach * 1e-4),
             number(far)
         );
-        let _ = match camera.projection {
-            Projection::Perspective { half_height } => writeln!(
-                self.xml,
-                "  <sensor type=\"perspective\">\n    <string name=\"fov_axis\" value=\"y\"/>\
-                 <float name=\"fov\" value=\"{}\"/>{clip}\n    {}",
-                number(2.0 * libm::atan(half_height).to_degrees()),
-                pose(1.0)
+        let lens = camera.lens.filter(|lens| lens.radius > 0.0);
+        let (plain, opening) = match &lens {
+            None => ("perspective", String::new()),
+            Some(lens) => (
+                "thinlens",
+                format!(
+                    "<float name=\"aperture_radius\" value=\"{}\"/>\
+                     <float name=\"focus_distance\" value=\"{}\"/>",
+                    number(lens.radius),
+                    number(lens.focus)
+                ),
             ),
+        };
+        if lens.is_some_and(|lens| lens.blades != 0 || lens.squeeze != 1.0) {
+            self.notes.similar("round lens");
+        }
+        match camera.projection {
+            Projection::Perspective { .. } => {}
+            Projection::Orthographic { .. } if lens.is_none() => {}
+            Projection::Orthographic { .. } => self.notes.missing("lens of parallel rays"),
+            Projection::Calibrated(_) => {
+                self.notes.similar("calibrated camera, by its height alone");
+            }
+            Projection::Panorama => self.notes.missing("panorama"),
+            Projection::Fisheye { .. } => self.notes.missing("fisheye"),
+        }
+        let half_height = camera.projection.half_height();
+        let _ = match camera.projection {
             // There x spans −1 to 1, and y as much as the pixels are square.
-            Projection::Orthographic { half_height } => writeln!(
+            Projection::Orthographic { .. } => writeln!(
                 self.xml,
                 "  <sensor type=\"orthographic\">\n    {clip}\n    {}",
                 pose(half_height * aspect)
+            ),
+            _ => writeln!(
+                self.xml,
+                "  <sensor type=\"{plain}\">\n    <string name=\"fov_axis\" value=\"y\"/>\
+                 <float name=\"fov\" value=\"{}\"/>{opening}{clip}\n    {}",
+                number(2.0 * libm::atan(half_height).to_degrees()),
+                pose(1.0)
             ),
         };
     }

@@ -4,8 +4,10 @@
 //! Nothing here recurses, and names are looked up in hash maps: a chain of a
 //! million nodes is as good as any other file.
 
-use super::lower_looks::{camera, environment, group, light, material};
+use super::lower_camera::camera;
+use super::lower_looks::{environment, group, light, material};
 use super::schema::{self, Named, Triple};
+use super::schema_camera::Cameras;
 use super::source_spans::At;
 use super::tree::{Source, nearest, quoted};
 use super::{lower_csg, lower_shape, rotate};
@@ -71,8 +73,9 @@ pub(super) fn lower(
         let all = std::iter::once(Lit::Environment).chain(suns);
         group(source, &row.value.group, all, scene)?;
     }
-    if let Some(row) = file.camera {
-        scene.camera("", camera(source, &row)?);
+    let Cameras(Named(rows)) = file.camera.unwrap_or_default();
+    for (name, row) in &rows {
+        scene.camera(&name.value, camera(source, row)?);
         at.cameras.push(row.at);
     }
     for row in file.light.iter().flatten() {

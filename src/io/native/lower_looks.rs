@@ -5,9 +5,7 @@ use super::schema;
 use super::source_spans::At;
 use super::tree::{Source, quoted};
 use crate::environment_map::{MAP_FORMATS, names_map, read_map};
-use crate::scene::{
-    Camera, Environment, Falloff, Layers, Light, Lit, Material, Model, SceneBuilder,
-};
+use crate::scene::{Environment, Falloff, Layers, Light, Lit, Material, Model, SceneBuilder};
 use crate::{Folder, ImportReport, LoadError, LoadOptions};
 use glam::DVec3;
 use lanecast_light::sky::sky as clear_sky;
@@ -133,46 +131,6 @@ pub(super) fn group(
         scene.light_group(&name.value, lit);
     }
     Ok(())
-}
-
-pub(super) fn camera(source: &Source, row: &At<schema::Camera>) -> Result<Camera> {
-    let camera = &row.value;
-    let eye = DVec3::from_array(camera.eye.value);
-    let look_at = DVec3::from_array(camera.look_at);
-    if eye == look_at {
-        let message = "eye and look_at are the same point; the camera looks nowhere";
-        return Err(source.error(camera.eye.at, message));
-    }
-    if !(look_at - eye).is_finite() {
-        let message = "eye and look_at are farther apart than f64 can tell, 1.8e308; bring \
-                       them nearer";
-        return Err(source.error(camera.eye.at, message));
-    }
-    let up = match &camera.up {
-        Some(up) => not_zero(source, "up", up)?,
-        None => DVec3::Y,
-    };
-    match (&camera.fov_y, &camera.orthographic) {
-        (Some(angle), None) => {
-            let fov_y = angle.value;
-            if fov_y > 0.0 && fov_y < 180.0 {
-                return Ok(Camera::perspective(eye, look_at, up, fov_y));
-            }
-            let message = format!("fov_y = {fov_y}; it must be between 0 and 180 degrees");
-            Err(source.error(angle.at, message))
-        }
-        (None, Some(height)) => {
-            if height.value > 0.0 {
-                return Ok(Camera::orthographic(eye, look_at, up, height.value));
-            }
-            let message = format!("orthographic = {}; it must be greater than 0", height.value);
-            Err(source.error(height.at, message))
-        }
-        (fov_y, _) => {
-            let given = ["fov_y", "orthographic"].map(|kind| (kind, fov_y.is_some()));
-            Err(not_one(source, row.at, "the camera", &given))
-        }
-    }
 }
 
 pub(super) fn light(source: &Source, row: &At<schema::Light>) -> Result<Light> {

@@ -10,6 +10,7 @@
 mod expression;
 mod formula;
 mod lower;
+mod lower_camera;
 mod lower_csg;
 mod lower_looks;
 mod lower_polynomial;
@@ -20,6 +21,7 @@ mod read_json;
 mod read_toml;
 mod rotate;
 mod schema;
+mod schema_camera;
 mod schema_polynomial;
 mod source_spans;
 mod toml_tables;
@@ -54,12 +56,12 @@ pub(super) fn import(
     let bytes = folder::read_file(path)?;
     let text = decode(path, &bytes)?;
     let source = Source { path, text };
-    let root = match syntax {
+    let mut root = match syntax {
         Syntax::Toml => read_toml::read(&source)?,
         Syntax::Json => read_json::read(&source)?,
     };
     check_version(&source, &root)?;
-    check_camera(&source, &root)?;
+    name_single_camera(&source, &mut root)?;
     let file =
         schema::File::deserialize(root).map_err(|e| source.error(e.at.unwrap_or(0), e.message))?;
     let at = lower::lower(&source, file, options, scene, report)?;
@@ -69,32 +71,36 @@ pub(super) fn import(
     })
 }
 
-/// Checks that there is one camera, which is a likely mistake, for lights and instances are
-/// many and materials have names.
-fn check_camera(source: &Source, root: &Value) -> Result<(), LoadError> {
-    let Kind::Table(entries) = &root.kind else {
+/// Gives the single camera of a file, written as `[camera]`, an empty name, as cameras by name
+/// have one each.
+fn name_single_camera(source: &Source, root: &mut Value) -> Result<(), LoadError> {
+    let Kind::Table(entries) = &mut root.kind else {
         return Ok(());
     };
-    let Some((_, camera)) = entries.iter().find(|(key, _)| key.name == "camera") else {
+    let Some((key, camera)) = entries.iter_mut().find(|(key, _)| key.name == "camera") else {
         return Ok(());
     };
-    let wrong = match &camera.kind {
-        Kind::List(list) => list
-            .first()
-            .map(|first| (first.at, "cameras are in a list")),
-        Kind::Table(entries) => entries
-            .iter()
-            .find(|(_, value)| matches!(value.kind, Kind::Table(_)))
-            .map(|(key, _)| (key.at, "a camera has a name")),
-        _ => None,
-    };
-    match wrong {
-        Some((at, how)) => {
-            let message =
-                format!("{how}; a scene of this format has one camera, written as [camera]");
+    match &camera.kind {
+        Kind::List(list) => {
+            let at = list.first().map_or(camera.at, |first| first.at);
+            let message = "cameras are in a list; a scene of this format has one, written as \
+                           [camera], or several by name, written as [camera.NAME]";
             Err(source.error(at, message))
         }
-        None => Ok(()),
+        Kind::Table(rows) => {
+            let is_table = |value: &Value| matches!(value.kind, Kind::Table(_));
+            if rows.is_empty() || !rows.iter().all(|(_, value)| is_table(value)) {
+                let name = tree::Key {
+                    at: key.at,
+                    name: "".into(),
+                };
+                let at = camera.at;
+                let one = std::mem::replace(&mut camera.kind, Kind::Null);
+                camera.kind = Kind::Table(vec![(name, Value { at, kind: one })]);
+            }
+            Ok(())
+        }
+        _ => Ok(()),
     }
 }
 

@@ -7,6 +7,7 @@
 //! exactly one is given. Polynomial surfaces are in
 //! [`schema_polynomial`](super::schema_polynomial).
 
+use super::schema_camera::Cameras;
 use super::schema_polynomial::{Clip, Coefficients, Parameter, Superquadric, Torus};
 use super::source_spans::At;
 use crate::roots::Solver;
@@ -35,8 +36,8 @@ pub struct File {
     pub background: Option<At<Color>>,
     /// Radiance from all directions, by a picture.
     pub environment: Option<At<Environment>>,
-    /// Without a camera the scene gets a view that frames it.
-    pub camera: Option<At<Camera>>,
+    /// One camera, or cameras by name. Without any the scene gets a view that frames it.
+    pub camera: Option<Cameras>,
     /// Without lights the scene gets a headlight.
     pub light: Option<Vec<At<Light>>>,
     /// Materials by name.
@@ -84,23 +85,6 @@ pub struct Sky {
     pub turbidity: Option<f64>,
     /// The colour of the ground below the horizon; 0.3 grey if absent.
     pub ground: Option<Color>,
-}
-
-/// Where the picture is taken from: perspective with `fov_y`, parallel with
-/// `orthographic`; exactly one of the two.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Camera {
-    /// The point that is looked from.
-    pub eye: At<Triple>,
-    /// The point in the middle of the picture.
-    pub look_at: Triple,
-    /// Which way is up in the picture; +y if absent.
-    pub up: Option<At<Triple>>,
-    /// Degrees from the picture's bottom to its top, between 0 and 180.
-    pub fov_y: Option<At<f64>>,
-    /// Height of the picture in world units, greater than 0.
-    pub orthographic: Option<At<f64>>,
 }
 
 /// A light; exactly one kind.

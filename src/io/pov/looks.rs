@@ -2,7 +2,7 @@
 
 use super::{comment, number, vector};
 use crate::scene::{
-    Camera, Falloff, Light, Material, Model, Projection, Rgb, Scene, coarse_corners,
+    Camera, Falloff, FisheyeMapping, Light, Material, Model, Projection, Rgb, Scene, coarse_corners,
 };
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -34,19 +34,87 @@ pub(super) fn write(text: &mut String, scene: &Scene, seen_from: &Camera) {
 /// Writes the camera. In POV-Ray the direction of a pixel's ray is direction + u·right + v·up,
 /// u and v from −½ to ½.
 fn camera(text: &mut String, camera: &Camera) {
-    let (kind, half_height) = match camera.projection {
-        Projection::Perspective { half_height } => ("perspective", half_height),
-        Projection::Orthographic { half_height } => ("orthographic", half_height),
+    let Camera { eye, forward, .. } = *camera;
+    let half = camera.projection.half_height();
+    let square = format!(
+        "right {} * image_width / image_height",
+        vector(camera.right * (2.0 * half))
+    );
+    let (kind, direction, right) = match camera.projection {
+        Projection::Perspective { .. } => ("perspective", forward, square),
+        Projection::Orthographic { .. } => ("orthographic", forward, square),
+        Projection::Calibrated(k) => {
+            // The middle of the picture, in OpenCV's pixels, need not be on the axis.
+            let middle = [0, 1].map(|axis| {
+                let pixel = 0.5 * f64::from(k.size[axis]) - 0.5;
+                (pixel - k.center[axis]) / k.focal[axis]
+            });
+            let width = f64::from(k.size[0]) / k.focal[0];
+            (
+                "perspective",
+                forward + camera.right * middle[0] - camera.up * middle[1],
+                format!("right {}", vector(camera.right * width)),
+            )
+        }
+        Projection::Panorama => ("spherical angle 360 180", forward, square),
+        Projection::Fisheye { .. } => ("fisheye", forward, square),
     };
     let _ = writeln!(
         text,
-        "camera {{ {kind}\n  location {}\n  direction {}\n  up {}\n  \
-         right {} * image_width / image_height\n}}",
-        vector(camera.eye),
-        vector(camera.forward),
-        vector(camera.up * (2.0 * half_height)),
-        vector(camera.right * (2.0 * half_height)),
+        "camera {{ {kind}\n  location {}\n  direction {}\n  up {}\n  {right}",
+        vector(eye),
+        vector(direction),
+        vector(camera.up * (2.0 * half)),
     );
+    if let Projection::Fisheye { half_angle, .. } = camera.projection {
+        let degrees = number(2.0 * half_angle.to_degrees());
+        let _ = writeln!(text, "  angle {degrees}");
+    }
+    if let Some(lens) = camera.lens.filter(|lens| lens.radius > 0.0) {
+        let _ = writeln!(
+            text,
+            "  aperture {} focal_point {} blur_samples 64 variance 1/4096",
+            number(2.0 * lens.radius),
+            vector(eye + forward * lens.focus)
+        );
+    }
+    text.push_str("}\n");
+}
+
+/// Lists what the text does not say of a scene's looks, in the words of the scene format.
+pub(super) fn losses(scene: &Scene, camera: &Camera) -> Vec<&'static str> {
+    let some = |is: fn(&Material) -> bool| scene.materials.rows.iter().any(is);
+    let lens = camera.lens.filter(|lens| lens.radius > 0.0);
+    let fisheye = |at: FisheyeMapping| matches!(camera.projection, Projection::Fisheye { mapping, .. } if mapping == at);
+    let distorted = matches!(camera.projection,
+        Projection::Calibrated(k) if k.distortion != [0.0; 5]);
+    let all = [
+        ("environment", scene.environment.is_some()),
+        ("distortion", distorted),
+        ("equisolid", fisheye(FisheyeMapping::Equisolid)),
+        (
+            "blades and squeeze of the lens",
+            lens.is_some_and(|lens| lens.blades != 0 || lens.squeeze != 1.0),
+        ),
+        ("opacity", some(|m| m.layers.opacity < 1.0)),
+        ("thin walls", some(|m| m.layers.thin_walled)),
+        ("unlit", some(|m| m.layers.unlit)),
+        (
+            "absorption",
+            some(|m| m.layers.attenuation_distance.is_finite()),
+        ),
+        ("dispersion", some(|m| m.layers.dispersion > 0.0)),
+        (
+            "diffuse transmission",
+            some(|m| m.layers.diffuse_transmission > 0.0),
+        ),
+        ("clearcoat", some(|m| m.layers.clearcoat > 0.0)),
+        ("sheen", some(|m| m.layers.sheen_color != [0.0; 3])),
+        ("iridescence", some(|m| m.layers.iridescence > 0.0)),
+        ("anisotropy", some(|m| m.layers.anisotropy > 0.0)),
+    ];
+    let lost = all.iter().filter(|(_, is)| *is);
+    lost.map(|(name, _)| *name).collect()
 }
 
 /// Writes a light. In POV-Ray a surface of pigment p reflects p·L·cos θ of a light of colour

@@ -99,6 +99,12 @@ pub fn text(scene: &Scene, camera: &Camera) -> Result<String, PovError> {
     }
 }
 
+/// Summarises what the text of a scene leaves out of its looks; `None` if there is nothing.
+pub fn warning(scene: &Scene, camera: &Camera) -> Option<String> {
+    let lost = looks::losses(scene, camera);
+    (!lost.is_empty()).then(|| format!("not exported: {}", lost.join(", ")))
+}
+
 /// Whether a line has an infinity or NaN, as [`number`] writes them. Names cannot be mistaken
 /// for them, because they stand in comments or quotes.
 fn has_no_number(line: &str) -> bool {

@@ -214,6 +214,9 @@ pub struct Development {
     /// Whether codes are dithered, so that a slow ramp shows no bands, or rounded.
     pub dither: bool,
     pub bits: Bits,
+    /// What a picture with alpha is laid over, in linear colours as they are displayed: neither
+    /// exposure nor tone curve touch it, so that white is white. The file has no alpha then.
+    pub behind: Option<Rgb>,
 }
 
 impl Development {
@@ -247,8 +250,23 @@ pub struct Developer {
 impl Developer {
     /// Returns the codes of a pixel's radiance, which is not premultiplied.
     pub fn codes(&self, color: Rgb, x: u32, y: u32) -> [u16; 3] {
-        let lit = color.map(|c| f64::from(c) * self.factor);
-        self.encode(self.tone.apply(lit), x, y)
+        self.encode(self.displayed(color), x, y)
+    }
+
+    /// Returns the codes of a pixel that covers `alpha` of what lies behind it.
+    pub fn codes_over(&self, color: Rgb, alpha: f32, behind: Rgb, x: u32, y: u32) -> [u16; 3] {
+        let front = self.displayed(color);
+        let alpha = f64::from(alpha).clamp(0.0, 1.0);
+        let mixed = [0, 1, 2].map(|k| {
+            let back = f64::from(behind[k]).clamp(0.0, 1.0);
+            back + alpha * (front[k] - back)
+        });
+        self.encode(mixed, x, y)
+    }
+
+    /// Returns what radiance is displayed as, from 0 to 1.
+    fn displayed(&self, color: Rgb) -> [f64; 3] {
+        self.tone.apply(color.map(|c| f64::from(c) * self.factor))
     }
 
     /// Returns the codes of a displayed colour, from 0 to 1, at a pixel.

@@ -1,7 +1,7 @@
 //! Cameras: where rays start, before pixels.
 //!
-//! The frame is right-handed: `right × up = -forward`. Perspective rays have the direction
-//! `forward + x·right + y·up`, so that t is the depth along the view axis.
+//! The frame is right-handed: `right × up = -forward`. Perspective and calibrated rays have the
+//! direction `forward + x·right + y·up`, so that t is the depth along the view axis.
 
 use super::names::Names;
 use glam::DVec3;
@@ -18,6 +18,8 @@ pub struct Camera {
     /// The unit vector into the picture.
     pub forward: DVec3,
     pub projection: Projection,
+    /// Without a lens all of the picture is sharp.
+    pub lens: Option<Lens>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,6 +28,131 @@ pub enum Projection {
     Perspective { half_height: f64 },
     /// Half the picture's height, world units.
     Orthographic { half_height: f64 },
+    /// A pinhole whose numbers were measured, with its distortion.
+    Calibrated(Calibration),
+    /// All directions: longitude across the picture, latitude up it; the middle is ahead.
+    Panorama,
+    /// A circle about the view axis. Directions beyond `half_angle` radians from the axis, which
+    /// lie half the picture's height from its middle, have no ray.
+    Fisheye {
+        half_angle: f64,
+        mapping: FisheyeMapping,
+    },
+}
+
+impl Projection {
+    /// Says whether rays are parallel, and not from the eye.
+    pub fn is_parallel(&self) -> bool {
+        matches!(self, Projection::Orthographic { .. })
+    }
+
+    /// Returns half the picture's height in the units of the image plane: at distance 1 of
+    /// pinholes, in world units of parallel rays, and 1 of what has no plane.
+    pub fn half_height(&self) -> f64 {
+        match self {
+            Projection::Perspective { half_height } | Projection::Orthographic { half_height } => {
+                *half_height
+            }
+            Projection::Calibrated(k) => 0.5 * f64::from(k.size[1]) / k.focal[1],
+            Projection::Panorama | Projection::Fisheye { .. } => 1.0,
+        }
+    }
+
+    /// Says whether there is an image plane: what lies on a line is seen on a line, but for
+    /// distortion.
+    pub fn has_plane(&self) -> bool {
+        !matches!(self, Projection::Panorama | Projection::Fisheye { .. })
+    }
+}
+
+/// A pinhole camera as OpenCV measures it: pixel (0, 0) has its centre at (0, 0), x points to
+/// the right and y down.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Calibration {
+    /// Focal lengths fx and fy in pixels.
+    pub focal: [f64; 2],
+    /// The pixel on the view axis: cx and cy.
+    pub center: [f64; 2],
+    /// Width and height in pixels of the picture that the numbers are for; other sizes scale them.
+    pub size: [u32; 2],
+    /// Radial and tangential distortion: k1, k2, p1, p2, k3.
+    pub distortion: [f64; 5],
+}
+
+impl Calibration {
+    /// Returns where a direction (x, y, 1) is seen, distorted.
+    pub fn distorted(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let [k1, k2, p1, p2, k3] = self.distortion;
+        let r2 = x * x + y * y;
+        let radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
+        [
+            x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x),
+            y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y,
+        ]
+    }
+
+    /// Returns the direction (x, y, 1) that is seen at a distorted point, by Newton's method from
+    /// the point itself; `None` where the distortion folds before it gets there, so that no
+    /// direction is seen.
+    pub fn undistorted(&self, seen: [f64; 2]) -> Option<[f64; 2]> {
+        const STEPS: usize = 32;
+        /// Of the residual, relative to the point: some roundings.
+        const NEAR: f64 = 1e-14;
+        if self.distortion == [0.0; 5] {
+            return Some(seen);
+        }
+        let [k1, k2, p1, p2, k3] = self.distortion;
+        let [mut x, mut y] = seen;
+        let size = 1.0 + seen[0].abs() + seen[1].abs();
+        for _ in 0..STEPS {
+            let at = self.distorted([x, y]);
+            let off = [at[0] - seen[0], at[1] - seen[1]];
+            let r2 = x * x + y * y;
+            let radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
+            let slope = 2.0 * (k1 + r2 * (2.0 * k2 + 3.0 * r2 * k3));
+            let xx = radial + x * x * slope + 2.0 * p1 * y + 6.0 * p2 * x;
+            let yy = radial + y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x;
+            let xy = x * y * slope + 2.0 * p1 * x + 2.0 * p2 * y;
+            let determinant = xx * yy - xy * xy;
+            // The map is turned inside out beyond its fold.
+            let unfolded = determinant > 0.0 && xx + yy > 0.0;
+            if off[0].abs() + off[1].abs() <= NEAR * size {
+                return unfolded.then_some([x, y]);
+            }
+            if !unfolded {
+                // Back towards the axis, where every map is near the identity.
+                (x, y) = (0.5 * x, 0.5 * y);
+                continue;
+            }
+            x -= (yy * off[0] - xy * off[1]) / determinant;
+            y -= (xx * off[1] - xy * off[0]) / determinant;
+        }
+        None
+    }
+}
+
+/// How a fisheye maps the angle from its axis to the distance from the picture's middle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FisheyeMapping {
+    /// Distance is proportional to the angle.
+    Equidistant,
+    /// Equal solid angles have equal areas: the sine of half the angle.
+    Equisolid,
+}
+
+/// A thin lens: what is nearer or farther than its plane of focus is blurred.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lens {
+    /// Radius of the opening in world units.
+    pub radius: f64,
+    /// Depth of the plane of focus along the view axis, in world units.
+    pub focus: f64,
+    /// Blades that bound the opening, corners on the circle; 0 for a disc.
+    pub blades: u32,
+    /// Degrees that the blades are turned by, counter-clockwise in the picture.
+    pub rotation: f64,
+    /// How many times higher than wide the opening is; 2 for anamorphic lenses.
+    pub squeeze: f64,
 }
 
 impl Camera {
@@ -59,6 +186,27 @@ impl Camera {
         )
     }
 
+    /// Builds a camera from the rows of world_from_camera, whose camera has x to the right, y
+    /// down and z ahead. Returns `None` unless the first three columns are orthonormal within
+    /// 1e-3 and right-handed; what they are off is taken from the picture's right and up.
+    pub fn at_pose(rows: [[f64; 4]; 3], projection: Projection) -> Option<Camera> {
+        let column = |k: usize| DVec3::from_array(rows.map(|row| row[k]));
+        let [right, down, forward, eye] = [0, 1, 2, 3].map(column);
+        let near = |x: f64, y: f64| (x - y).abs() < 1e-3;
+        let units = [right, down, forward].iter().all(|v| near(v.length(), 1.0));
+        let square = [right.dot(down), right.dot(forward), down.dot(forward)];
+        let handed = near(right.cross(down).dot(forward), 1.0);
+        if !units || !handed || square.iter().any(|c| !near(*c, 0.0)) {
+            return None;
+        }
+        Some(Camera::posed(eye, forward, -down, projection))
+    }
+
+    /// Builds a camera at `eye`, with a projection and any lens.
+    pub fn looking_at(eye: DVec3, look_at: DVec3, up: DVec3, projection: Projection) -> Camera {
+        Camera::posed(eye, look_at - eye, up, projection)
+    }
+
     fn posed(eye: DVec3, forward: DVec3, up: DVec3, projection: Projection) -> Camera {
         // Scaled before it is squared, because views may span any range of f64.
         let unit = |v: DVec3| {
@@ -82,6 +230,7 @@ impl Camera {
             up: right.cross(forward),
             forward,
             projection,
+            lens: None,
         }
     }
 }

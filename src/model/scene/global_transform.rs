@@ -24,9 +24,16 @@ impl Scene {
             move_light(light, scale, offset);
         }
         for Camera {
-            eye, projection, ..
+            eye,
+            projection,
+            lens,
+            ..
         } in &mut tables.cameras.rows
         {
+            if let Some(lens) = lens {
+                lens.radius *= scale;
+                lens.focus *= scale;
+            }
             *eye = *eye * scale + offset;
             if let Projection::Orthographic { half_height } = projection {
                 *half_height *= scale;

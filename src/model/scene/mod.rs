@@ -38,7 +38,7 @@ pub use crate::csg::Operator;
 pub use crate::geom::face::{Face, FaceKey};
 pub use builder::SceneBuilder;
 pub use builtin::builtin;
-pub use cameras::{Camera, Cameras, Projection, UnknownCamera};
+pub use cameras::{Calibration, Camera, Cameras, FisheyeMapping, Lens, Projection, UnknownCamera};
 pub use conditioning::Conditioning;
 pub use csg_bounds::operand_bounds;
 pub use csg_solid::operands_first;

@@ -7,7 +7,6 @@ use super::rounding::Nudge;
 use super::surface::Surface;
 use super::{LightRay, LightReference, Path, Vertex};
 use crate::Hit;
-use crate::scene::Projection;
 use glam::DVec3;
 
 /// The number of a path's sample, and how often it was scattered before.
@@ -146,15 +145,11 @@ impl LightReference<'_> {
         let [(dx, of_x), (dy, of_y)] = [u, v].map(|u| self.filter.offset(u));
         let across = 2.0 * (f64::from(x) + 0.5 + dx + moved[0]) / width - 1.0;
         let up = 1.0 - 2.0 * (f64::from(y) + 0.5 + dy + moved[1]) / height;
-        let half = match camera.projection {
-            Projection::Perspective { half_height } | Projection::Orthographic { half_height } => {
-                half_height
-            }
-        };
+        let half = camera.projection.half_height();
         let aside = camera.right * (across * width / height * half) + camera.up * (up * half);
-        let (org, dir) = match camera.projection {
-            Projection::Perspective { .. } => (camera.eye, camera.forward + aside),
-            Projection::Orthographic { .. } => (camera.eye + aside, camera.forward),
+        let (org, dir) = match camera.projection.is_parallel() {
+            false => (camera.eye, camera.forward + aside),
+            true => (camera.eye + aside, camera.forward),
         };
         State {
             org,

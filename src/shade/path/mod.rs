@@ -297,6 +297,11 @@ impl<'b> PathScratch<'b> {
         (&mut first.rays, &mut first.key)
     }
 
+    /// Lists the film's rows of the camera rays that are queued.
+    pub fn queued(&self) -> &[u32] {
+        &self.waves[0].rays.pixel
+    }
+
     /// Begins a record of the next path, which is traced alone.
     pub fn start_record(&mut self) {
         self.record = Some(Vec::new());

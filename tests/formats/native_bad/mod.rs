@@ -124,11 +124,15 @@ fn keys_and_types() {
         ),
         (
             toml("[[camera]]\neye = [0,0,1]\nlook_at = [0,0,0]\nfov_y = 35"),
-            &["scene.toml:2:1: cameras are in a list; a scene of this format has one camera"],
+            &["scene.toml:2:1: cameras are in a list; a scene of this format has one, written"],
         ),
         (
-            toml("[camera.top]\neye = [0,0,1]\nlook_at = [0,0,0]\nfov_y = 35"),
-            &["scene.toml:2:9: a camera has a name; a scene of this format has one camera"],
+            toml("[camera]\nfov_y = 35\n[camera.top]\neye = [0,0,1]\nlook_at = [0,0,0]"),
+            &["scene.toml:4:9: unknown key 'top'"],
+        ),
+        (
+            toml("[camera.top]\neye = [0,0,1]\nlook_at = [0,0,0]\n[camera.side]\nfov_y = 35"),
+            &["scene.toml:2:1: the camera is empty; give one of fov_y, orthographic, k"],
         ),
         (
             toml("background = [-1, 0, 0]"),
@@ -193,7 +197,10 @@ fn keys_and_types() {
         ),
         (
             toml("[[camera]]\n[[camera]]"),
-            &["scene.toml:2:", "one camera, written as [camera]"],
+            &[
+                "scene.toml:2:",
+                "has one, written as [camera], or several by name",
+            ],
         ),
         (
             toml("[material.a]\n[material.a]"),

@@ -114,6 +114,60 @@ fn numbers_that_are_no_scene() {
             &["scene.toml:5:9: fov_y = 180"],
         ),
         (
+            view("look_at = [0,0,0]\nfov_y = 35"),
+            &["scene.toml:2:1: the camera has no eye; give eye and look_at, or pose"],
+        ),
+        (
+            view(
+                "eye = [0,0,1]\nlook_at = [0,0,0]\npose = [[1,0,0,0],[0,1,0,0],[0,0,1,0]]\nfov_y = 35",
+            ),
+            &["the camera has a pose and eye; leave out one of them"],
+        ),
+        (
+            view("pose = [[1,0,0,0],[0,1,0,0],[0,0,-1,0]]\nfov_y = 35"),
+            &["scene.toml:3:8: pose is no rotation", "right-handed"],
+        ),
+        (
+            view("eye = [0,0,1]\nlook_at = [0,0,0]\nfisheye = { fov = 361 }"),
+            &["fov = 361; it must be greater than 0, up to 360 degrees"],
+        ),
+        (
+            view("eye = [0,0,1]\nlook_at = [0,0,0]\npanorama = \"cubic\""),
+            &["unknown value 'cubic'; known are equirectangular"],
+        ),
+        (
+            view(
+                "eye = [0,0,1]\nlook_at = [0,0,0]\nk = { fx = 0, fy = 1, cx = 0, cy = 0, width = 4, height = 4 }",
+            ),
+            &["fx = 0; it must be greater than 0 and finite"],
+        ),
+        (
+            view(
+                "eye = [0,0,1]\nlook_at = [0,0,0]\nk = { fx = 1, fy = 1, cx = 0, cy = 0, width = 0, height = 4 }",
+            ),
+            &["width = 0; it must be from 1 to 65535"],
+        ),
+        (
+            view("eye = [0,0,1]\nlook_at = [0,0,0]\nfov_y = 35\nlens = { f_number = 2 }"),
+            &["scene.toml:6:8: the lens must have radius, or both f_number and focal_length"],
+        ),
+        (
+            view(
+                "eye = [0,0,1]\nlook_at = [0,0,0]\nfov_y = 35\nlens = { radius = 1, focus = [0,0,2] }",
+            ),
+            &["the plane of focus is -1 before the camera; it must lie ahead of it"],
+        ),
+        (
+            view("eye = [0,0,1]\nlook_at = [0,0,0]\nfov_y = 35\nlens = { radius = 1, blades = 2 }"),
+            &["blades = 2; it must be 0 for a disc, or from 3 to 64"],
+        ),
+        (
+            view(
+                "eye = [0,0,1]\nlook_at = [0,0,0]\npanorama = \"equirectangular\"\nlens = { radius = 1 }",
+            ),
+            &["it has a lens, which panoramas and fisheyes cannot have"],
+        ),
+        (
             view("eye = [0,0,1]\nlook_at = [0,0,0]"),
             &["scene.toml:2:1: the camera is empty; give one of fov_y, orthographic"],
         ),

@@ -100,8 +100,13 @@ impl Change {
                 Projection::Orthographic { half_height } => Projection::Orthographic {
                     half_height: half_height * self.scale,
                 },
-                perspective => perspective,
+                other => other,
             },
+            lens: camera.lens.map(|lens| Lens {
+                radius: lens.radius * self.scale,
+                focus: lens.focus * self.scale,
+                ..lens
+            }),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::numbers::{finite, finite3, require};
 use crate::scene::error::{Entity, EntityKind, SceneError};
-use crate::scene::{Light, Material, Model, Projection, Tables};
+use crate::scene::{Calibration, Lens, Light, Material, Model, Projection, Tables};
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
 
@@ -237,9 +237,89 @@ pub(super) fn cameras(scene: &Tables) -> Result<(), SceneError> {
                 half_height,
                 "greater than 0 and finite",
             ),
+            Projection::Calibrated(ref k) => {
+                calibration(k, what)?;
+                ("fy", camera.projection.half_height(), "finite")
+            }
+            Projection::Panorama => ("panorama", 1.0, ""),
+            Projection::Fisheye { half_angle, .. } => (
+                "fov",
+                if half_angle <= std::f64::consts::PI {
+                    half_angle
+                } else {
+                    f64::NAN
+                },
+                "greater than 0, up to 360 degrees",
+            ),
         };
         let ok = half_height > 0.0 && half_height.is_finite();
         require(ok, what, field, half_height, must)?;
+        if let Some(lens) = &camera.lens {
+            opening(lens, &camera.projection, what)?;
+        }
     }
     Ok(())
+}
+
+/// Checks the numbers of a calibrated camera.
+fn calibration(k: &Calibration, what: impl Fn() -> Entity) -> Result<(), SceneError> {
+    for (field, value) in ["fx", "fy"].into_iter().zip(k.focal) {
+        let ok = value > 0.0 && value.is_finite();
+        require(ok, &what, field, value, "greater than 0 and finite")?;
+    }
+    for (field, value) in ["cx", "cy"].into_iter().zip(k.center) {
+        require(value.is_finite(), &what, field, value, "finite")?;
+    }
+    for (field, value) in ["width", "height"].into_iter().zip(k.size) {
+        let ok = (1..=65_535).contains(&value);
+        require(ok, &what, field, f64::from(value), "from 1 to 65535")?;
+    }
+    for (field, value) in ["k1", "k2", "p1", "p2", "k3"].into_iter().zip(k.distortion) {
+        require(value.is_finite(), &what, field, value, "finite")?;
+    }
+    Ok(())
+}
+
+/// Checks a lens.
+fn opening(
+    lens: &Lens,
+    projection: &Projection,
+    what: impl Fn() -> Entity,
+) -> Result<(), SceneError> {
+    if !projection.has_plane() {
+        return Err(SceneError::Degenerate {
+            what: what(),
+            why: "it has a lens, which panoramas and fisheyes cannot have; leave out the lens"
+                .into(),
+        });
+    }
+    let above = |x: f64| x > 0.0 && x.is_finite();
+    let radius = lens.radius >= 0.0 && lens.radius.is_finite();
+    let blades = lens.blades == 0 || (3..=64).contains(&lens.blades);
+    let positive = "greater than 0 and finite";
+    require(
+        radius,
+        &what,
+        "lens radius",
+        lens.radius,
+        "0 or greater, and finite",
+    )?;
+    require(above(lens.focus), &what, "focus", lens.focus, positive)?;
+    require(
+        above(lens.squeeze),
+        &what,
+        "squeeze",
+        lens.squeeze,
+        positive,
+    )?;
+    let rotation = lens.rotation.is_finite();
+    require(rotation, &what, "lens rotation", lens.rotation, "finite")?;
+    let count = f64::from(lens.blades);
+    require(
+        blades,
+        &what,
+        "blades",
+        count,
+        "0 for a disc, or from 3 to 64",
+    )
 }

@@ -12,7 +12,7 @@ use super::output::{Results, check_destinations, printable_line};
 use super::pipeline::{Prepared, complete, load, named, of_camera, structure, warn_of_losses};
 use super::progress::{Drawing, rate};
 use super::scene::pick_camera;
-use super::{ground, interrupt, shutter};
+use super::{ground, interrupt, metadata, shutter};
 use crate::accel::{KeptTrees, RefitOutcome, WORST_REFIT, World};
 use crate::io::{AovSet, Development, LoadError, picture_files};
 use crate::measure::{FrameStats, Stats, Watch};
@@ -51,6 +51,7 @@ pub fn run(
         ..of_camera(config.clone(), &loaded, args.common.size)?
     };
     let config = args.light.complete(config, &loaded)?;
+    let config = args.outputs.complete(config)?;
     if args.light.ground && loaded.moves() {
         return Err(CliError::Usage(
             "--ground lies under things as they stand, and in this scene they move; leave it out"
@@ -80,6 +81,7 @@ pub fn run(
     } = prepared;
 
     let mut results = Results::default();
+    let scene_path = args.scene.as_deref();
     let reuse = args.reuse.0;
     let reuse = reuse.unwrap_or_else(|| Reuse::that_pays(pays));
     let mut memory = FrameMemory::new(reuse);
@@ -132,9 +134,24 @@ pub fn run(
         };
         let rendered = pool.install(render);
         drop(drawing);
-        let rendered = rendered?;
+        let mut rendered = rendered?;
         stats.rays.add(&rendered.counts);
         stats.stages.push(watch.stage("render"));
+        let of_frame = Stats {
+            plan: stats.plan.clone(),
+            rays: rendered.counts,
+            stages: stats.stages[first..].to_vec(),
+            ..Stats::default()
+        };
+        rendered.picture.metadata = metadata::of(
+            args.outputs.metadata,
+            (config, &camera, scene_path),
+            (
+                &rendered.picture,
+                rendered.reached.map(|reached| reached.mean_samples),
+            ),
+            &of_frame,
+        );
         rendered
             .picture
             .save_into(path, development, &mut results.outputs)?;
@@ -171,7 +188,7 @@ pub fn time(frame: u32, frames: u32) -> f64 {
 }
 
 fn files(path: &Path, aovs: AovSet) -> Result<Vec<PathBuf>, CliError> {
-    let files = picture_files(path, aovs).map_err(|e| CliError::Usage(e.to_string()))?;
+    let files = picture_files(path, aovs.any()).map_err(|e| CliError::Usage(e.to_string()))?;
     Ok(files.into_iter().map(|(path, _)| path).collect())
 }
 

@@ -53,7 +53,7 @@ fn compare(config: &RenderConfig, bits: Bits, path: &Path, free: u64) -> Result<
 /// Returns the bytes of a picture, and of its largest file while it is written: OpenEXR
 /// takes a copy of its channels and the encoded file, PNG the samples of a pixel twice.
 fn needed(config: &RenderConfig, bits: Bits, path: &Path) -> u64 {
-    let columns = |aovs| picture_bytes(config.width, config.height, aovs);
+    let columns = |aovs| picture_bytes(config.width, config.height, aovs, config.matte_ranks);
     let (mut all, mut color) = (columns(config.aovs), columns(AovSet::default()));
     if config.backdrop == Backdrop::Transparent {
         // A column of alpha, beside three of colour.
@@ -109,12 +109,12 @@ mod tests {
         for name in AovSet::NAMES {
             assert!(config.aovs.add(name));
         }
-        assert_eq!(needed(&config, Bits::Eight, png), (68 + 2 * 56) * pixels);
+        assert_eq!(needed(&config, Bits::Eight, png), (332 + 2 * 320) * pixels);
         assert!(compare(&config, Bits::Eight, png, 1 << 46).is_ok());
         let error = compare(&config, Bits::Eight, png, 24_000_000_000).unwrap_err();
         assert_eq!(error.exit_code(), 3);
         let said = error.to_string();
-        for part in ["16384x16384", "48319 MB", "24000 MB", "--aov", "--size"] {
+        for part in ["16384x16384", "260920 MB", "24000 MB", "--aov", "--size"] {
             assert!(said.contains(part), "{said}");
         }
     }

@@ -4,13 +4,14 @@ use super::args::MergeArgs;
 use super::error::CliError;
 use super::interrupt;
 use super::output::{Results, check_destinations, printable_line};
-use crate::io::{AovSet, LoadError, Part, PartHeader, picture_files};
+use super::render::check_alpha;
+use crate::io::{LoadError, Part, PartHeader, picture_files};
 use crate::render::Merge;
 use std::path::{Path, PathBuf};
 
 pub fn run(args: &MergeArgs) -> Result<(), CliError> {
     let development = args.development.checked(&args.output)?;
-    let files: Vec<PathBuf> = picture_files(&args.output, AovSet::default())
+    let files: Vec<PathBuf> = picture_files(&args.output, false)
         .map_err(|e| CliError::Usage(e.to_string()))?
         .into_iter()
         .map(|(path, _)| path)
@@ -35,6 +36,7 @@ pub fn run(args: &MergeArgs) -> Result<(), CliError> {
         merge.add(part);
     }
     let (header, _) = &parts[0];
+    check_alpha(header.has_alpha, &args.output)?;
     let development = match header.is_radiance {
         true => args.development.of_radiance(development),
         false => development,

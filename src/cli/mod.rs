@@ -10,6 +10,7 @@
 
 mod args;
 mod bench;
+mod compare;
 mod cpu;
 mod error;
 mod export;
@@ -20,6 +21,7 @@ mod interrupt;
 mod measure;
 mod memory;
 mod merge;
+mod metadata;
 mod output;
 mod part;
 mod pipeline;
@@ -36,8 +38,8 @@ mod verify;
 pub use cpu::check_before_main;
 
 use args::{
-    BenchArgs, ExportArgs, ExtremesArgs, MeasureArgs, MergeArgs, PlanArgs, ProbeArgs, RenderArgs,
-    RootsArgs, VerifyArgs,
+    BenchArgs, CompareArgs, ExportArgs, ExtremesArgs, MeasureArgs, MergeArgs, PlanArgs, ProbeArgs,
+    RenderArgs, RootsArgs, VerifyArgs,
 };
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use error::CliError;
@@ -64,6 +66,8 @@ enum Command {
     Render(RenderArgs),
     /// Add parts of a picture up, which render --samples wrote
     Merge(MergeArgs),
+    /// Compare two pictures, channel by channel
+    Compare(CompareArgs),
     /// Compare lanes with scalar code and with the reference, per pixel
     Verify(VerifyArgs),
     /// Measure rays per second by ray kind and mode
@@ -106,6 +110,7 @@ fn run() -> ExitCode {
     ended(match &cli.command {
         Command::Render(args) => render::run(args),
         Command::Merge(args) => merge::run(args),
+        Command::Compare(args) => compare::run(args),
         Command::Verify(args) => verify::run(args),
         Command::Bench(args) => bench::run(args),
         Command::Plan(args) => plan::run(args),

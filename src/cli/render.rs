@@ -6,10 +6,12 @@ use super::output::{Results, check_destinations, complain, printable_line};
 use super::pipeline::{complete, load, named, of_camera, warn_of_losses};
 use super::progress::rate;
 use super::scene::pick_camera;
-use super::{frames, ground, interrupt, memory, part, shutter};
+use super::{frames, ground, interrupt, memory, metadata, part, shutter};
 use crate::io::{LoadError, picture_files};
 use crate::measure::{PictureSize, Stats, Watch};
-use crate::render::{Integrator, Reached, RenderConfig, Rendered, View, legend, render_blurred};
+use crate::render::{
+    Backdrop, Integrator, Reached, RenderConfig, Rendered, View, legend, render_blurred,
+};
 use crate::scene::Scene;
 use std::path::{Path, PathBuf};
 
@@ -30,10 +32,12 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
         return part::run(args, config, &picture_path, samples.0.clone(), stats);
     }
     memory::check(&config, development.bits, &picture_path)?;
+    metadata::check(args, &picture_path, config.aovs)?;
+    check_alpha(config.backdrop == Backdrop::Transparent, &picture_path)?;
     if let Some(frames) = args.frames {
         return frames::run(args, &config, &picture_path, &development, frames, stats);
     }
-    let files: Vec<PathBuf> = picture_files(&picture_path, config.aovs)
+    let files: Vec<PathBuf> = picture_files(&picture_path, config.aovs.any())
         .map_err(|e| CliError::Usage(e.to_string()))?
         .into_iter()
         .map(|(path, _)| path)
@@ -55,6 +59,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
         ..of_camera(config, &scene, args.common.size)?
     };
     let config = args.light.complete(config, &scene)?;
+    let config = args.outputs.complete(config)?;
     let scene = exposed(scene, &config, args.light.ground, named(path))?;
     let (scene, config) = match args.light.ground {
         true => ground::stand(scene, named(path), config)?,
@@ -77,7 +82,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
         )
     };
     let Rendered {
-        picture,
+        mut picture,
         counts,
         reached,
         records,
@@ -87,6 +92,12 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     stats.rays = counts;
     stats.picture.mean_spp = reached.map(|reached| reached.mean_samples);
     stats.stages.push(watch.stage("render"));
+    picture.metadata = metadata::of(
+        args.outputs.metadata,
+        (&config, &prepared.camera, path),
+        (&picture, reached.map(|reached| reached.mean_samples)),
+        &stats,
+    );
 
     let mut results = Results::default();
     picture.save_into(&picture_path, &development, &mut results.outputs)?;
@@ -134,6 +145,22 @@ pub fn exposed(
     }
     let there = scene.at(exposure.middle());
     Ok(there.map_err(|source| LoadError::of_scene(path, source))?)
+}
+
+/// Refuses a picture with alpha in a format that has none.
+pub fn check_alpha(has_alpha: bool, path: &Path) -> Result<(), CliError> {
+    let has_none = |e: &std::ffi::OsStr| {
+        let e = e.to_ascii_lowercase();
+        e == "jpg" || e == "jpeg" || e == "hdr"
+    };
+    match has_alpha && path.extension().is_some_and(has_none) {
+        true => Err(CliError::Usage(format!(
+            "{}: the format has no alpha, and the picture is transparent; name a .png or .exr, or \
+             render with another --background",
+            path.display()
+        ))),
+        false => Ok(()),
+    }
 }
 
 /// Names the integrator that was chosen, unless it is the plain one.

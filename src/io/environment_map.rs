@@ -70,12 +70,12 @@ pub(super) fn read_map(path: &Path, report: &mut ImportReport) -> Result<Map, Lo
 }
 
 /// Formats the error of a codec in one line.
-fn told(error: impl Display) -> String {
+pub(super) fn told(error: impl Display) -> String {
     one_line(&error.to_string())
 }
 
 /// Checks a size before anything of that size is allocated.
-fn check_size(width: u64, height: u64, bytes: usize) -> Result<(), String> {
+pub(super) fn check_size(width: u64, height: u64, bytes: usize) -> Result<(), String> {
     let pixels = width.saturating_mul(height);
     if pixels == 0 {
         return Err(format!("it has no pixels: {width} by {height}"));

@@ -126,7 +126,7 @@ pub enum SaveError {
         source: std::io::Error,
     },
     #[error(
-        "{}: {}; known are .png and .exr",
+        "{}: {}; known are .png, .jpg, .hdr and .exr",
         path.display(),
         unknown("picture", extension)
     )]

@@ -22,9 +22,13 @@
 use lanecast_model::{geom, scene};
 use lanecast_numerics::{math, roots};
 
+mod channels;
 mod environment_map;
 mod error;
+mod exr_header;
 mod gltf;
+mod jpeg;
+mod mattes;
 mod mitsuba;
 mod native;
 mod nff;
@@ -35,23 +39,29 @@ mod ply;
 mod png;
 mod polynomials;
 mod pov;
+mod radiance;
 mod rays;
 mod shared;
 mod stl;
 
+pub use channels::{Channel, ChannelPicture, Encoding, read_channels};
 pub use error::{LoadError, SaveError};
+pub use exr_header::{Attribute, Metadata};
+pub use mattes::{Matte, matte_id};
 pub use mitsuba::{MitsubaError, MitsubaPicture, MitsubaScene, mitsuba_scene};
 pub use native::json_schema;
 pub use parts::{Part, PartHeader};
+pub use png::encode as png_bytes;
 pub use polynomials::{KnownRoot, Listed, load_polynomials};
 pub use pov::{PovError, text as pov_text, warning as pov_warning};
 pub use rays::{RaySet, TriangleSet};
+pub use shared::aovs::AovSet;
 pub use shared::folder::Folder;
 pub use shared::import_report::ImportReport;
 pub use shared::merge_meshes::import_mesh;
 pub use shared::outputs::{Outputs, check_writable, discard_unfinished};
-pub use shared::picture::{AovSet, Picture, PictureFile, picture_files};
-pub use shared::srgb::SrgbEncoder;
+pub use shared::picture::{Layer, Picture, PictureFile, picture_files};
+pub use shared::srgb::{SrgbEncoder, linear_from_srgb};
 pub use shared::view_transform::{Bits, Development, Tone};
 
 use crate::scene::{Edge, MeshData, Scene, SceneBuilder, SceneError};

@@ -10,13 +10,19 @@
 //! | instance_id | `instance_id.lo` `instance_id.hi`: id = hi · 2³² + lo | UINT |
 //! | primitive_id | `primitive_id` | UINT |
 //! | samples | `samples` | UINT |
+//! | distance | `distance` | FLOAT |
+//! | geometric_normal, camera_normal | `geometric_normal.X` … | FLOAT |
+//! | uv | `uv.U` `uv.V` | FLOAT |
+//! | variance | `variance.R` `.G` `.B` | FLOAT |
+//! | layers of light | `diffuse_direct.R` …, `light_GROUP.R` … | FLOAT |
+//! | Cryptomattes | `CryptoObject00.R` … (`mattes.rs`) | FLOAT |
 //!
 //! `Z` is OpenEXR's own name for depth: Blender makes it the Depth pass, and OpenCV reads
 //! it as the picture of a file that has no colour. Other names are `layer.component`, which
 //! viewers group by layer. Values keep their bits, also the infinite depth where nothing
 //! was hit, and NaN.
 
-use crate::{Picture, SaveError};
+use crate::{Matte, Picture, SaveError, exr_header};
 use exr::prelude::*;
 use std::io::Cursor;
 use std::path::Path;
@@ -41,9 +47,16 @@ pub(super) fn encode(
         line_order: LineOrder::Increasing,
     };
     let channels = AnyChannels::sort(channels(picture, content).into());
-    let layer = Layer::new(size, LayerAttributes::default(), encoding, channels);
+    let mut attributes = LayerAttributes::default();
+    let mut metadata = picture.metadata.clone();
+    metadata.extend(picture.mattes.iter().flat_map(Matte::attributes));
+    exr_header::set(&metadata, &mut attributes);
+    let mut image = Image::from_layer(Layer::new(size, attributes, encoding, channels));
+    if !metadata.is_empty() {
+        image.attributes.chromaticities = Some(exr_header::chromaticities());
+    }
     let mut bytes = Cursor::new(Vec::new());
-    Image::from_layer(layer)
+    image
         .write()
         .non_parallel()
         .to_buffered(&mut bytes)
@@ -51,7 +64,11 @@ pub(super) fn encode(
             path: path.into(),
             message: e.to_string(),
         })?;
-    Ok(bytes.into_inner())
+    let mut bytes = bytes.into_inner();
+    if !metadata.is_empty() {
+        exr_header::sort(&mut bytes);
+    }
+    Ok(bytes)
 }
 
 /// Copies the columns of a picture into named channels.
@@ -79,6 +96,31 @@ fn channels(picture: &Picture, content: Content) -> Vec<AnyChannel<FlatSamples>>
     }
     if let Some(albedo) = &picture.albedo {
         triple("albedo.", ["R", "G", "B"], albedo);
+    }
+    for (name, values) in [
+        ("geometric_normal.", &picture.geometric_normal),
+        ("camera_normal.", &picture.camera_normal),
+    ] {
+        if let Some(values) = values {
+            triple(name, ["X", "Y", "Z"], values);
+        }
+    }
+    if let Some(variance) = &picture.variance {
+        triple("variance.", ["R", "G", "B"], variance);
+    }
+    for layer in &picture.layers {
+        triple(&format!("{}.", layer.name), ["R", "G", "B"], &layer.color);
+    }
+    if let Some(uv) = &picture.uv {
+        for (k, name) in ["uv.U", "uv.V"].iter().enumerate() {
+            float(name.to_string(), uv.iter().map(|uv| uv[k]).collect());
+        }
+    }
+    for (name, values) in picture.mattes.iter().flat_map(Matte::channels) {
+        float(name, values);
+    }
+    if let Some(distance) = &picture.distance {
+        float("distance".into(), distance.clone());
     }
     let alpha = picture.alpha.as_ref();
     if let Some(alpha) = alpha.filter(|_| content == Content::ColorAndAovs) {

@@ -12,7 +12,7 @@ use image::{ExtendedColorType, ImageEncoder};
 use std::path::Path;
 
 /// Develops and encodes a picture's colour; `path` is for messages only.
-pub(super) fn encode(
+pub fn encode(
     picture: &Picture,
     development: &Development,
     path: &Path,
@@ -44,7 +44,7 @@ fn plain(picture: &Picture) -> Vec<u8> {
         .collect()
 }
 
-fn low(picture: &Picture, development: &Development) -> Vec<u8> {
+pub(super) fn low(picture: &Picture, development: &Development) -> Vec<u8> {
     let mut samples = Vec::with_capacity(picture.color.len() * 4);
     each_sample(picture, development, |code| samples.push(code as u8));
     samples

@@ -5,6 +5,7 @@ pub mod adversarial;
 pub mod baseline;
 pub mod bench;
 pub mod clock;
+pub mod compare;
 pub mod extremes;
 pub mod frames;
 pub mod generate;

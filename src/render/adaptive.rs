@@ -10,10 +10,12 @@
 //! is as well spread as the whole is, whereas every second sample is spread by chance and would
 //! show the noise of independent samples, several times the picture's own.
 
+use super::Picture;
 use super::blur::Blur;
 use super::camera::RayGenerator;
 use super::config::RenderConfig;
-use super::paths::{PathPicture, PathTile};
+use super::layers::{LayerFilm, More, PathOutputs, variance};
+use super::paths::{PathPicture, PathTile, TileSums};
 use super::pixel_order::{BLOCK, Spot, morton_order};
 use super::progress::Progress;
 use super::sums::plus;
@@ -55,6 +57,8 @@ pub struct AdaptiveFilm {
     pixels: Vec<Pixel>,
     width: u32,
     height: u32,
+    /// Layers of light and mattes, if they are kept.
+    layers: LayerFilm,
     /// Blocks that were too noisy when their pixels had the most samples.
     noisy: usize,
     pub counts: RayCounts,
@@ -81,6 +85,7 @@ impl AdaptiveFilm {
             pixels: sums.iter().map(pixel).collect(),
             width,
             height: sums.len() as u32 / width,
+            layers: LayerFilm::default(),
             noisy: 0,
             counts,
         }
@@ -101,6 +106,16 @@ impl AdaptiveFilm {
     /// Lists the pixels' numbers of samples.
     pub fn sample_counts(&self) -> Vec<u32> {
         self.pixels.iter().map(|pixel| pixel.count).collect()
+    }
+
+    /// Puts what was kept beside the colour into a picture.
+    pub fn put(&self, outputs: &PathOutputs, picture: &mut Picture) {
+        self.layers.put(outputs, picture, &self.sample_counts());
+        if let Some(column) = &mut picture.variance {
+            for (row, pixel) in column.iter_mut().zip(&self.pixels) {
+                *row = variance((pixel.sum, pixel.count), (pixel.half, pixel.count / 2));
+            }
+        }
     }
 
     /// Returns the mean number of samples, and how much of the picture stayed noisy.
@@ -128,9 +143,11 @@ pub fn render_adaptively(
         pixels: vec![Pixel::default(); width as usize * height as usize],
         width,
         height,
+        layers: LayerFilm::default(),
         noisy: 0,
         counts: RayCounts::default(),
     };
+    let keeps_more = picture.layers.is_some() || config.aovs.any_of_mattes();
     let most = adaptive.most();
     let mut blocks: Vec<(u32, u32)> = (0..columns * rows)
         .map(|i| (i % columns, i / columns))
@@ -140,7 +157,7 @@ pub fn render_adaptively(
     while !blocks.is_empty() && !range.is_empty() && !progress.is_cancelled() {
         let workers = ScratchPool::<Worker>::default();
         let counts = Mutex::new(RayCounts::default());
-        let done: Vec<Vec<(Pixel, usize)>> = blocks
+        let done: Vec<Vec<(Pixel, Option<More>, usize)>> = blocks
             .par_iter()
             .with_max_len(1)
             .map(|(column, row)| {
@@ -161,23 +178,24 @@ pub fn render_adaptively(
                     let place =
                         |spot: &Spot| ((corner.1 + spot.y) * width + corner.0 + spot.x) as usize;
                     let Worker { arena, trace } = &mut *worker;
-                    let range = range.clone();
+                    let (range, count) = (range.clone(), range.len() as u32);
                     let sums = match blur {
                         Some(blur) => {
-                            tile.blurred_sums(blur, range.clone(), arena, trace, &mut own)
+                            TileSums::of(tile.blurred_sums(blur, range, arena, trace, &mut own))
                         }
-                        None => tile.sums(range.clone(), arena, trace, &mut own),
+                        None => tile.sums(range, arena, trace, &mut own),
                     };
                     let pixels = order.iter().map(|spot| {
                         let row = spot.row as usize;
                         let pixel = Pixel {
-                            sum: sums.of(row),
+                            sum: sums.all.of(row),
                             half: [0.0; 4],
-                            count: range.len() as u32,
+                            count,
                         };
-                        (pixel, place(spot))
+                        let more = keeps_more.then(|| More::of(&sums, row));
+                        (pixel, more, place(spot))
                     });
-                    let pixels = pixels.collect();
+                    let pixels: Vec<_> = pixels.collect();
                     drop(sums);
                     worker.arena.reset();
                     counts.lock().unwrap_or_else(|e| e.into_inner()).add(&own);
@@ -185,7 +203,11 @@ pub fn render_adaptively(
                 })
             })
             .collect();
-        for (more, place) in done.into_iter().flatten() {
+        let count = film.pixels.len();
+        for (more, layers, place) in done.into_iter().flatten() {
+            if let Some(layers) = &layers {
+                film.layers.add(place, layers, count);
+            }
             let pixel = &mut film.pixels[place];
             pixel.half = pixel.sum;
             pixel.sum = plus(pixel.sum, more.sum);

@@ -377,7 +377,7 @@ pub fn sum_picture(
                     let counts = &mut counts;
                     match blur {
                         Some(blur) => tile.blurred_sums(blur, samples, arena, trace, counts),
-                        None => tile.sums(samples, arena, trace, counts),
+                        None => tile.sums(samples, arena, trace, counts).all,
                     }
                 }
                 (None, Some(blur)) => {

@@ -53,7 +53,10 @@ pub struct RenderConfig {
     pub max_depth: u32,
     /// A camera's name, or its index from 0; `None` selects the first.
     pub camera: Option<String>,
+    /// Layers of light and mattes are made by the integrators that trace paths, and no others.
     pub aovs: AovSet,
+    /// Ids that each pixel of a Cryptomatte has room for, at least 1.
+    pub matte_ranks: u32,
     /// The ground that was put under the scene, which fades out of the picture; only paths
     /// let it.
     pub ground: Option<Ground>,
@@ -152,6 +155,7 @@ impl Default for RenderConfig {
             max_depth: 5,
             camera: None,
             aovs: AovSet::default(),
+            matte_ranks: 6,
             ground: None,
             backdrop: Backdrop::default(),
             tiles: TileOrder::default(),

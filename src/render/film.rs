@@ -13,6 +13,10 @@ pub struct AovSample {
     pub albedo: Rgb,
     pub instance: u64,
     pub primitive: u32,
+    pub distance: f32,
+    pub geometric_normal: [f32; 3],
+    pub camera_normal: [f32; 3],
+    pub uv: [f32; 2],
 }
 
 impl AovSample {
@@ -24,6 +28,10 @@ impl AovSample {
         albedo: [0.0; 3],
         instance: Picture::NO_ID,
         primitive: u32::MAX,
+        distance: f32::INFINITY,
+        geometric_normal: [0.0; 3],
+        camera_normal: [0.0; 3],
+        uv: [0.0; 2],
     };
 }
 
@@ -49,11 +57,17 @@ pub fn blank(
         instance_id: wanted(aovs.instance_id, pixels, nothing.instance)?,
         primitive_id: wanted(aovs.primitive_id, pixels, nothing.primitive)?,
         samples: wanted(aovs.samples, pixels, 0)?,
+        distance: wanted(aovs.distance, pixels, nothing.distance)?,
+        geometric_normal: wanted(aovs.geometric_normal, pixels, nothing.geometric_normal)?,
+        camera_normal: wanted(aovs.camera_normal, pixels, nothing.camera_normal)?,
+        uv: wanted(aovs.uv, pixels, nothing.uv)?,
+        variance: wanted(aovs.variance, pixels, [0.0; 3])?,
+        ..Picture::default()
     })
 }
 
-/// Returns the bytes of a picture's columns.
-pub fn bytes(width: u32, height: u32, aovs: AovSet) -> u64 {
+/// Returns the bytes of a picture's columns, but those of groups of lights, which the scene tells.
+pub fn bytes(width: u32, height: u32, aovs: AovSet, matte_ranks: u32) -> u64 {
     let of = |wanted: bool, bytes: usize| if wanted { bytes as u64 } else { 0 };
     let pixel = of(true, size_of::<Rgb>())
         + of(aovs.depth, size_of::<f32>())
@@ -62,11 +76,24 @@ pub fn bytes(width: u32, height: u32, aovs: AovSet) -> u64 {
         + of(aovs.albedo, size_of::<Rgb>())
         + of(aovs.instance_id, size_of::<u64>())
         + of(aovs.primitive_id, size_of::<u32>())
-        + of(aovs.samples, size_of::<u32>());
+        + of(aovs.samples, size_of::<u32>())
+        + of(aovs.distance, size_of::<f32>())
+        + of(aovs.geometric_normal, size_of::<[f32; 3]>())
+        + of(aovs.camera_normal, size_of::<[f32; 3]>())
+        + of(aovs.uv, size_of::<[f32; 2]>())
+        + of(aovs.variance, size_of::<[f32; 3]>());
+    let layers = aovs.light_layers().map(|is| of(is, size_of::<Rgb>()));
+    let mattes = [
+        aovs.crypto_object,
+        aovs.crypto_material,
+        aovs.crypto_instance,
+    ];
+    let mattes = mattes.map(|is| of(is, size_of::<[f32; 2]>() * matte_ranks as usize));
+    let pixel = pixel + layers.iter().sum::<u64>() + mattes.iter().sum::<u64>();
     u64::from(width) * u64::from(height) * pixel
 }
 
-fn column<T: Clone>(pixels: usize, value: T) -> Result<Vec<T>, TryReserveError> {
+pub(super) fn column<T: Clone>(pixels: usize, value: T) -> Result<Vec<T>, TryReserveError> {
     let mut column = Vec::new();
     column.try_reserve_exact(pixels)?;
     column.resize(pixels, value);
@@ -108,6 +135,14 @@ pub fn put(
             set(&mut picture.albedo, to + i, sample.albedo);
             set(&mut picture.instance_id, to + i, sample.instance);
             set(&mut picture.primitive_id, to + i, sample.primitive);
+            set(&mut picture.distance, to + i, sample.distance);
+            set(
+                &mut picture.geometric_normal,
+                to + i,
+                sample.geometric_normal,
+            );
+            set(&mut picture.camera_normal, to + i, sample.camera_normal);
+            set(&mut picture.uv, to + i, sample.uv);
         }
     }
 }

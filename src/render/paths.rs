@@ -5,6 +5,7 @@ use super::RenderConfig;
 use super::camera::RayGenerator;
 use super::config::{Backdrop, Integrator};
 use super::irradiance::use_of;
+use super::mattes::MetLists;
 use super::pixel_order::Spot;
 use super::sums::Sums;
 use super::tile::View;
@@ -15,8 +16,8 @@ use crate::math::lanes::{Lanes, Words};
 use crate::plan::Kernels;
 use crate::scene::{Material, Model, Rgb, studio};
 use crate::shade::path::{
-    Irradiance, Luminaires, Materials, MediaField, PathScratch, PathTracer, SampleNumbers, Seen,
-    Slot, UseMode,
+    Irradiance, LayerPlan, LayerSlots, Luminaires, Materials, MediaField, PathScratch, PathTracer,
+    SampleNumbers, Seen, Slot, UseMode,
 };
 use crate::shade::{Doubles, RayCounts, RayQueue, STEP, Singles, Statistics};
 use crate::trace::{RayKind, ShadowCache, TraceScratch};
@@ -44,6 +45,8 @@ pub struct PathPicture {
     pub(super) cache: Option<(Irradiance, UseMode)>,
     /// Whether some mesh has vertex normals.
     pub(super) smooth: bool,
+    /// The layers of light, if they are asked for.
+    pub(super) layers: Option<LayerPlan>,
 }
 
 impl PathPicture {
@@ -76,6 +79,11 @@ impl PathPicture {
             _ => return None,
         };
         let samples = config.samples();
+        let layers = config.aovs.any_of_light().then(|| {
+            let bodies = luminaires.materials(scene, &view.world.instances);
+            let by_group = config.aovs.light_groups;
+            LayerPlan::new(scene, (&luminaires, &bodies), view.lights.len(), by_group)
+        });
         let media = MediaField::of(scene, &view.world.instances, &materials, view.camera.eye);
         let backdrop = match config.backdrop {
             Backdrop::Color(color) => Seen::Color(color),
@@ -92,6 +100,7 @@ impl PathPicture {
         Some(PathPicture {
             cache: None,
             luminaires: Arc::new(luminaires),
+            layers,
             smooth: !scene.meshes.normals.is_empty(),
             backdrop,
             media,
@@ -113,6 +122,7 @@ impl PathPicture {
             media: MediaField::of(&world.scene, &world.instances, &self.materials, eye),
             filter: Arc::clone(&self.filter),
             cache: None,
+            layers: None,
             ..*self
         }
     }
@@ -143,6 +153,28 @@ fn white() -> Material {
 
 /// The slot of a path that has found nothing, and hides nothing.
 pub const NOTHING_YET: Slot = [0.0, 0.0, 0.0, 1.0];
+/// Sums of a tile's samples.
+pub struct TileSums<'b> {
+    pub all: Sums<'b>,
+    /// Those of the first half of the samples, if the variance is kept.
+    pub half: Option<Vec<[f64; 4]>>,
+    /// By layer of light, if they are kept.
+    pub layers: Vec<Sums<'b>>,
+    /// What the samples meet first, if mattes are kept.
+    pub met: Option<MetLists<'b>>,
+}
+
+impl<'b> TileSums<'b> {
+    /// Makes the sums of a tile that keeps nothing else.
+    pub fn of(all: Sums<'b>) -> TileSums<'b> {
+        TileSums {
+            all,
+            half: None,
+            layers: Vec::new(),
+            met: None,
+        }
+    }
+}
 
 /// A tile of the picture and what its paths are traced with.
 pub struct PathTile<'a> {
@@ -164,11 +196,12 @@ impl PathTile<'_> {
         trace: &'b mut TraceScratch,
         slots: &mut [Slot],
         counts: &mut RayCounts,
-    ) {
+    ) -> TileSums<'b> {
         let sums = self.sums(0..self.picture.samples, arena, trace, counts);
         for (pixel, slot) in slots.iter_mut().enumerate() {
-            *slot = sums.mean(pixel);
+            *slot = sums.all.mean(pixel);
         }
+        sums
     }
 
     /// Sums the samples of a range, which is aligned to its length where their number is a power
@@ -179,13 +212,28 @@ impl PathTile<'_> {
         arena: &'b Bump,
         trace: &'b mut TraceScratch,
         counts: &mut RayCounts,
-    ) -> Sums<'b> {
+    ) -> TileSums<'b> {
         let tracer = self.tracer();
         let pixels = self.order.len();
         let slots = arena.alloc_slice_fill_copy(pixels, [0.0_f32; 4]);
-        let mut sums = Sums::new(pixels, arena);
+        let aovs = &self.config.aovs;
+        let middle = aovs.variance.then_some(samples.start.midpoint(samples.end));
+        let layers = self.picture.layers.as_ref().map_or(0, LayerPlan::count);
+        let has_mattes = aovs.any_of_mattes();
+        let mut sums = TileSums {
+            all: Sums::new(pixels, arena),
+            half: None,
+            layers: (0..layers).map(|_| Sums::new(pixels, arena)).collect(),
+            met: has_mattes.then(|| MetLists::new(pixels, arena)),
+        };
         let mut cache = ShadowCache::new(self.config.shadow_cache);
         let scratch = &mut PathScratch::new(arena, trace, self.picture.kinds());
+        if layers > 0 {
+            scratch.keep_layers(pixels, layers, arena);
+        }
+        if has_mattes {
+            scratch.keep_first_met(pixels, arena);
+        }
         for sample in samples {
             let statistics = &mut Statistics {
                 counts: RayCounts::default(),
@@ -196,6 +244,7 @@ impl PathTile<'_> {
                 covered: None,
             };
             slots.fill(NOTHING_YET);
+            scratch.clear_outputs();
             self.queue_rays(sample, scratch);
             if self.generator.has_blind_spots() {
                 slots.iter_mut().for_each(|slot| slot[3] = 0.0);
@@ -208,7 +257,17 @@ impl PathTile<'_> {
             if self.cancel.load(Relaxed) {
                 break;
             }
-            sums.add(slots);
+            if middle == Some(sample) {
+                sums.half = Some((0..pixels).map(|pixel| sums.all.of(pixel)).collect());
+            }
+            sums.all.add(slots);
+            let layers = scratch.layers().into_iter().flat_map(LayerSlots::layers);
+            for (sum, layer) in sums.layers.iter_mut().zip(layers) {
+                sum.add(layer);
+            }
+            if let (Some(lists), Some(met)) = (&mut sums.met, scratch.first_met()) {
+                lists.add(met);
+            }
             counts.add(&statistics.counts);
         }
         counts.shadow_cache += cache.counts;
@@ -229,6 +288,7 @@ impl PathTile<'_> {
             media: picture.media.eye,
             solids: picture.media.solids.as_ref(),
             backdrop: picture.backdrop,
+            layers: picture.layers.as_ref(),
             ground: self.config.ground,
             cache: use_of(picture, self.config),
             only_indirect: false,

@@ -44,6 +44,16 @@ impl<'b> Sums<'b> {
         self.count += 1;
     }
 
+    /// Returns the number of pixels.
+    pub fn pixels(&self) -> usize {
+        self.pixels
+    }
+
+    /// Returns the number of samples.
+    pub fn count(&self) -> u32 {
+        self.count
+    }
+
     /// Returns the sum of a pixel's samples.
     pub fn of(&self, pixel: usize) -> [f64; 4] {
         let mut sum = [0.0; 4];

@@ -5,7 +5,6 @@
 //! the picture. A tile is traced sample by sample; its transient columns live in the
 //! worker's arena, which is reset after the tile.
 
-use super::Picture;
 use super::adaptive::{AdaptiveFilm, Reached, render_adaptively};
 use super::blur::{Blur, sum_picture};
 use super::camera::RayGenerator;
@@ -14,11 +13,14 @@ use super::film::{AovSample, blank, put};
 use super::frames::FrameMemory;
 use super::inspect::{Inspector, NOTHING, Reading};
 use super::items::{item_buffer, tiles_of};
+use super::layers::PathOutputs;
+use super::mattes::MatteNames;
 use super::paths::{PathPicture, PathTile};
 use super::pixel_order::{BLOCK, Spot, morton_order};
 use super::progress::Progress;
 use super::sampler::{frame_key, position_in};
 use super::slices::Slices;
+use super::{AovSet, Picture};
 use crate::accel::World;
 use crate::math::lanes::Lanes;
 use crate::plan::Kernels;
@@ -26,6 +28,7 @@ use crate::scene::{Camera, Light, Rgb};
 use crate::shade::path::Slot;
 use crate::shade::{
     Doubles, Integrator, MaterialFlags, Memory, RayCounts, STEP, Scratch, Statistics, Surface,
+    barycentrics,
 };
 use crate::trace::{
     HitId, ItemBuffer, RayKind, ScratchPool, ShadowCache, TURNED, TraceScratch, TracedRay,
@@ -84,6 +87,11 @@ pub enum RenderError {
          of the shutter; ask for at most --shutter-slices {most}"
     )]
     MovingLights { most: u32 },
+    #[error(
+        "layers of light, variance and mattes are not kept with an open shutter, nor layers of \
+         light with a cache of it"
+    )]
+    Outputs,
 }
 
 /// Renders on the current rayon pool. Records every ray if `recording` is true.
@@ -161,6 +169,11 @@ fn render_tiles(
     progress: &Progress,
     on_tile: &(dyn Fn(FinishedTile) + Sync),
 ) -> Result<Rendered, RenderError> {
+    let aovs = &config.aovs;
+    let of_stills = aovs.any_of_light() || aovs.any_of_mattes() || aovs.variance;
+    if slices.is_some() && of_stills || config.caching.is_some() && aovs.any_of_light() {
+        return Err(RenderError::Outputs);
+    }
     let (side, tiles) = tiling(config);
     let columns = config.width.div_ceil(side);
     progress.start(tiles);
@@ -179,8 +192,18 @@ fn render_tiles(
         .try_reserve_exact(pixels)
         .map_err(|_| out_of_memory)?;
     readings.resize(pixels, NOTHING);
+    let mut picture = picture.map_err(|_| out_of_memory)?;
+    let scene = &view.world.scene;
+    let ranks = config.matte_ranks;
+    let of_paths = match config.integrator {
+        How::Path | How::Ao => config.aovs,
+        How::Direct | How::Inspect(_) => AovSet::NONE,
+    };
+    let mattes = MatteNames::of(&of_paths, ranks, (scene, &view.world.instances));
+    let outputs = PathOutputs::new(&of_paths, mattes, scene, &mut picture);
+    let outputs = outputs.map_err(|_| out_of_memory)?;
     let done = Mutex::new(Rendered {
-        picture: picture.map_err(|_| out_of_memory)?,
+        picture,
         counts: RayCounts::default(),
         record: Vec::new(),
         decided: 0,
@@ -231,6 +254,7 @@ fn render_tiles(
                 size,
                 whole: &whole,
                 paths: paths.as_ref(),
+                outputs: &outputs,
                 film: film.as_ref(),
                 generator: &generator,
                 material_flags,
@@ -250,6 +274,7 @@ fn render_tiles(
     }
     let mut done = done.into_inner().unwrap_or_else(|e| e.into_inner());
     if let Some(film) = &film {
+        film.put(&outputs, &mut done.picture);
         done.counts.add(&film.counts);
         done.reached = config.adaptive.is_some().then(|| film.reached());
     }
@@ -260,6 +285,7 @@ fn render_tiles(
             None => samples.fill(config.samples()),
         }
     }
+    outputs.finish(&mut done.picture);
     let workers = workers.into_values();
     done.decided = workers.iter().map(|worker| worker.trace.decided).sum();
     // The sort is stable: all rays of a pixel lie in one tile and keep their order.
@@ -308,6 +334,8 @@ struct Tile<'a> {
     whole: &'a [Spot],
     /// What path-traced tiles share.
     paths: Option<&'a PathPicture>,
+    /// What the picture keeps of paths beside their colour.
+    outputs: &'a PathOutputs<'a>,
     /// The picture, where it was sampled as a whole.
     film: Option<&'a AdaptiveFilm>,
     generator: &'a RayGenerator,
@@ -363,7 +391,15 @@ impl Tile<'_> {
                 cancel: &self.progress.cancel,
             };
             let slots = arena.alloc_slice_fill_copy(pixels, [0.0; 4]);
-            tile.render(arena, trace, slots, &mut counts);
+            let mut sums = None;
+            match self.film {
+                Some(film) => {
+                    for (row, slot) in slots.iter_mut().enumerate() {
+                        *slot = film.mean(self.place(row as u32));
+                    }
+                }
+                None => sums = Some(tile.render(arena, trace, slots, &mut counts)),
+            }
             for (row, slot) in slots.iter().enumerate() {
                 (color[row], alpha[row]) = color_of(slot);
             }
@@ -371,6 +407,11 @@ impl Tile<'_> {
                 return counts;
             }
             self.finish(color, alpha, aovs, done, (&counts, record));
+            if let Some(sums) = &sums {
+                let mut done = done.lock().unwrap_or_else(|e| e.into_inner());
+                let place = |row| self.pixel(row) as usize;
+                self.outputs.put(&mut done.picture, sums, place);
+            }
             return counts;
         }
         let scratch = &mut Scratch::new(arena, trace);
@@ -437,7 +478,7 @@ impl Tile<'_> {
             let (place, row) = (self.place(row), row as usize);
             (color[row], readings[row]) = inspector.of_hit(place, surface, id);
             if let Some(aov) = aovs.get_mut(row) {
-                *aov = self.aov(self.generator, surface, id);
+                *aov = self.aov(row as u32, surface, id);
             }
         };
         let mut scratch = Scratch::new(arena, trace);
@@ -512,7 +553,7 @@ impl Tile<'_> {
         // The outputs beside the colour are those of the pixel's centre.
         let keep = number.is_none() && config.aovs.any_of_hits();
         let mut first_hit = |row: u32, surface: &Surface, id: HitId| {
-            aovs[row as usize] = self.aov(&generator, surface, id);
+            aovs[row as usize] = self.aov(row, surface, id);
         };
         let first_hit = keep.then_some(&mut first_hit as _);
         integrator.run(scratch, color, caches, statistics, first_hit);
@@ -574,7 +615,7 @@ impl Tile<'_> {
             covered: None,
         };
         let mut first_hit = |row: u32, surface: &Surface, id: HitId| {
-            aovs[row as usize] = self.aov(self.generator, surface, id);
+            aovs[row as usize] = self.aov(row, surface, id);
         };
         self.first_hits(order, scratch, statistics, &mut first_hit);
     }
@@ -651,11 +692,20 @@ impl Tile<'_> {
         [generator.across(x, dx), generator.up(y, dy)]
     }
 
-    fn aov(&self, generator: &RayGenerator, surface: &Surface, id: HitId) -> AovSample {
+    fn aov(&self, row: u32, surface: &Surface, id: HitId) -> AovSample {
+        let generator = self.generator;
         let materials = &self.view.world.scene.materials;
         let material = match surface.material {
             Some(id) => materials.rows[id.index()],
             None => Default::default(),
+        };
+        let (x, y) = self.place(row);
+        let (org, dir) = generator.ray(x, y, [0.5; 2]);
+        let camera = &self.view.camera;
+        let camera_normal = [camera.right, camera.up, -camera.forward].map(|v| v.dot(surface.ns));
+        let uv = match self.config.aovs.uv {
+            true => barycentrics(self.view.world, org, dir, id),
+            false => None,
         };
         AovSample {
             depth: generator.depth(surface.point) as f32,
@@ -664,6 +714,10 @@ impl Tile<'_> {
             albedo: material.base_color,
             instance: id.instance,
             primitive: id.primitive & !TURNED,
+            distance: (surface.point - org).length() as f32,
+            geometric_normal: surface.facing().to_array().map(|x| x as f32),
+            camera_normal: camera_normal.map(|x| x as f32),
+            uv: uv.unwrap_or_default().map(|x| x as f32),
         }
     }
 

@@ -111,7 +111,7 @@ fn wrong_arguments() {
         (small(&["--seed", "x"]), "--seed"),
         (
             small(&["-o", "x.exr", "--tone", "agx"]),
-            "--tone is for PNG files",
+            "--tone is for PNG and JPEG files",
         ),
         (small(&["--tone", "filmic"]), "--tone"),
         (small(&["--exposure", "nan"]), "number of stops"),
@@ -194,8 +194,11 @@ fn wrong_arguments() {
             vec!["render", "--grid", "corners", "--size", "1x9"],
             "at least 2x2",
         ),
-        (small(&["-o", "x.jpg"]), "known are .png and .exr"),
-        (small(&["-o", "x"]), "known are .png and .exr"),
+        (
+            small(&["-o", "x.bmp"]),
+            "known are .png, .jpg, .hdr and .exr",
+        ),
+        (small(&["-o", "x"]), "known are .png, .jpg, .hdr and .exr"),
         (
             small(&["--stats", "-", "--json", "-"]),
             "--stats and --json",

@@ -5,9 +5,11 @@ mod common;
 
 mod bench;
 mod commands;
+mod compare;
 mod every_scene;
 mod extremes;
 mod found;
+mod layers;
 mod malformed;
 mod measure;
 mod outputs;

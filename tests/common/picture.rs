@@ -13,6 +13,7 @@ pub const ALL_AOVS: AovSet = AovSet {
     instance_id: true,
     primitive_id: true,
     samples: true,
+    ..AovSet::NONE
 };
 
 /// How a picture is computed; nothing of it may show.

@@ -7,6 +7,7 @@ mod cached;
 mod closed_forms;
 mod identity;
 mod inspections;
+mod layers;
 mod lenses;
 mod media;
 mod pictures;

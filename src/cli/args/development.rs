@@ -7,17 +7,17 @@ use crate::render::{Backdrop, Integrator, RenderConfig};
 use clap::Args;
 use std::path::Path;
 
-/// Options of PNG files; OpenEXR files stay linear.
+/// Options of PNG and JPEG files; OpenEXR and HDR files stay linear.
 #[derive(Args)]
 pub struct DevelopmentArgs {
-    /// Tone curve of PNG files: none, neutral (Khronos PBR Neutral), agx or aces
+    /// Tone curve of PNG and JPEG files: none, neutral (Khronos PBR Neutral), agx or aces
     /// [default: neutral for paths, else none]
     #[arg(long, value_name = "CURVE", value_parser = parse_tone)]
     pub tone: Option<Tone>,
-    /// Multiply the radiance in PNG files by 2^STOPS
+    /// Multiply the radiance in PNG and JPEG files by 2^STOPS
     #[arg(long, value_name = "STOPS", allow_hyphen_values = true, value_parser = parse_exposure)]
     pub exposure: Option<f64>,
-    /// Dither PNG files, so that slow ramps show no bands: on or off
+    /// Dither PNG and JPEG files, so that slow ramps show no bands: on or off
     /// [default: on for paths, else off]
     #[arg(long, value_name = "USE", value_parser = parse_dither)]
     pub dither: Option<bool>,
@@ -53,7 +53,7 @@ impl DevelopmentArgs {
         };
         let shown_as_is = development.tone == Tone::None && development.exposure == 0.0;
         match config.backdrop {
-            Backdrop::Color(color) if !shown_as_is && !is_exr(path) => (
+            Backdrop::Color(color) if !shown_as_is && !is_linear(path) => (
                 Development {
                     behind: Some(color),
                     ..development
@@ -69,16 +69,22 @@ impl DevelopmentArgs {
 
     /// Returns the development of the picture `path`; refuses options that it would not heed.
     pub fn checked(&self, path: &Path) -> Result<Development, CliError> {
-        let is_exr = is_exr(path);
+        let is_linear = is_linear(path);
+        if self.bits == Some(Bits::Sixteen) && ends(path, &["jpg", "jpeg"]) {
+            return Err(CliError::Usage(
+                "JPEG has 8 bits a channel; leave --bits out, or name a .png".into(),
+            ));
+        }
         let given = [
             ("--tone", self.tone.is_some()),
             ("--exposure", self.exposure.is_some()),
             ("--dither", self.dither.is_some()),
             ("--bits", self.bits.is_some()),
         ];
-        if let (true, Some((name, _))) = (is_exr, given.iter().find(|(_, is)| *is)) {
+        if let (true, Some((name, _))) = (is_linear, given.iter().find(|(_, is)| *is)) {
             return Err(CliError::Usage(format!(
-                "{name} is for PNG files; an OpenEXR file is linear: leave it out, or name a .png"
+                "{name} is for PNG and JPEG files; OpenEXR and HDR files are linear: leave it out, \
+                 or name a .png"
             )));
         }
         let default = Development::default();
@@ -92,7 +98,13 @@ impl DevelopmentArgs {
     }
 }
 
-fn is_exr(path: &Path) -> bool {
-    path.extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("exr"))
+/// Says whether a picture's file holds linear radiance.
+fn is_linear(path: &Path) -> bool {
+    ends(path, &["exr", "hdr"])
+}
+
+/// Says whether a file's name has one of some endings.
+fn ends(path: &Path, known: &[&str]) -> bool {
+    let is = |e: &std::ffi::OsStr| known.iter().any(|k| e.eq_ignore_ascii_case(k));
+    path.extension().is_some_and(is)
 }

@@ -33,7 +33,7 @@ pub struct LightArgs {
     pub spp: Option<u32>,
     /// Render only the samples A to B - 1 of each pixel of a picture of paths, and write their
     /// sums, which lanecast merge adds up
-    #[arg(long, value_name = "A..B", allow_hyphen_values = true, value_parser = parse_samples, conflicts_with_all = ["spp", "noise", "frames", "aov", "tone", "exposure", "dither", "bits"])]
+    #[arg(long, value_name = "A..B", allow_hyphen_values = true, value_parser = parse_samples, conflicts_with_all = ["spp", "noise", "frames", "aov", "cryptomatte_levels", "metadata", "tone", "exposure", "dither", "bits"])]
     pub samples: Option<Samples>,
     /// Sample until the noise is below this, about that of a mid-grey, as 0.01; only paths
     #[arg(long, value_name = "NOISE", value_parser = parse_noise, conflicts_with = "spp")]
@@ -127,6 +127,11 @@ impl LightArgs {
             Grid::Centers => self.spp.unwrap_or(spp),
             Grid::Corners => 1,
         };
+        if self.cache.is_some() && config.shutter.is_some() {
+            return Err(CliError::Usage(
+                "--cache is for still pictures; leave it out, or ask for --shutter 0".into(),
+            ));
+        }
         if self.cache.is_some() && integrator != Integrator::Path {
             return Err(CliError::Usage(
                 "--cache is for --integrator path; leave it out, or ask for that".into(),

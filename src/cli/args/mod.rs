@@ -4,18 +4,21 @@
 //! ignored. `render/config.rs` documents the options' meaning, `values.rs` their
 //! values.
 
+mod compare;
 mod development;
 mod light;
+mod outputs;
 mod shutter;
 mod values;
 
+pub use compare::CompareArgs;
 pub use light::{has_lens, needed_integrator};
 pub use values::Size;
 
 use super::error::CliError;
 use super::output::Sink;
 use crate::accel::{BuildQuality, KdClip, KdQuality, KdStop};
-use crate::io::{AovSet, LoadOptions};
+use crate::io::LoadOptions;
 use crate::measure::generate::Generated;
 use crate::plan::{Accel, Choices, LaneCount, Precision};
 use crate::render::{Backdrop, Grid, RenderConfig};
@@ -25,11 +28,12 @@ use clap::{Args, value_parser};
 use development::DevelopmentArgs;
 use glam::DVec3;
 use light::LightArgs;
+use outputs::OutputArgs;
 use shutter::ShutterArgs;
 use std::path::PathBuf;
 use values::{
     AccelChoice, BaselineChoice, BenchAccels, BenchBuilds, BenchCachings, BenchKinds, Coefficients,
-    GrowthRange, LaneCounts, Orders, ReuseChoice, Sweeps, parse_accel, parse_accels, parse_aovs,
+    GrowthRange, LaneCounts, Orders, ReuseChoice, Sweeps, parse_accel, parse_accels,
     parse_backdrop, parse_bench_builds, parse_build, parse_caching, parse_cachings,
     parse_coefficients, parse_error, parse_generated, parse_grid, parse_growth, parse_interval,
     parse_kd_clip, parse_kd_stop, parse_kinds, parse_lane_counts, parse_lanes, parse_offset,
@@ -41,19 +45,16 @@ use values::{
 pub struct RenderArgs {
     /// .toml, .json, .gltf, .glb, .nff, .obj, .ply or .stl; without it, the built-in scene
     pub scene: Option<PathBuf>,
-    /// .png or .exr; with --samples .sums [default: the scene's name with .png or .sums, in the
-    /// current folder]
+    /// .png, .jpg, .hdr or .exr; with --samples .sums [default: the scene's name with .png or
+    /// .sums, in the current folder]
     #[arg(short, value_name = "FILE")]
     pub output: Option<PathBuf>,
     #[command(flatten)]
     pub light: LightArgs,
     #[command(flatten)]
     pub shutter: ShutterArgs,
-    /// Additional outputs, separated by commas: depth, position, normal, albedo,
-    /// instance_id and primitive_id of what the pixel's centre shows, and samples, their
-    /// number
-    #[arg(long, value_name = "NAMES", value_parser = parse_aovs)]
-    pub aov: Option<AovSet>,
+    #[command(flatten)]
+    pub outputs: OutputArgs,
     #[command(flatten)]
     pub development: DevelopmentArgs,
     /// What shows where camera rays meet nothing: auto (the scene's environment or
@@ -88,7 +89,7 @@ pub struct MergeArgs {
     /// .sums files of one picture, whose samples are all from 0 on, in any order
     #[arg(required = true, value_name = "PART")]
     pub parts: Vec<PathBuf>,
-    /// .png or .exr
+    /// .png, .jpg, .hdr or .exr
     #[arg(short, value_name = "FILE")]
     pub output: PathBuf,
     #[command(flatten)]
@@ -508,7 +509,8 @@ impl RenderArgs {
             seed: self.seed,
             build: self.build.quality,
             shadow_cache: self.shadow_cache,
-            aovs: self.aov.unwrap_or_default(),
+            aovs: self.outputs.most(),
+            matte_ranks: self.outputs.cryptomatte_levels,
             backdrop: self.background,
             solver: self.solver.checked(Some(config.choices.precision))?,
             ..config

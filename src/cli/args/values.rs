@@ -1,6 +1,8 @@
 //! Parsers and domains of the arguments' values.
 
+use super::outputs::AovChoice;
 use crate::accel::{BuildQuality, KdClip, KdStop};
+use crate::cli::metadata::Told;
 use crate::io::{AovSet, Bits, Tone};
 use crate::measure::extremes::{SWEEPS, Sweep};
 use crate::measure::generate::Generated;
@@ -218,17 +220,31 @@ pub fn parse_reuse(text: &str) -> Result<ReuseChoice, String> {
     one_of(text, &[("auto", ReuseChoice(None)), a, b, c])
 }
 
-pub fn parse_aovs(text: &str) -> Result<AovSet, String> {
-    let mut aovs = AovSet::default();
-    for name in text.split(',') {
-        if !aovs.add(name.trim()) {
+pub fn parse_aovs(text: &str) -> Result<AovChoice, String> {
+    let mut choice = AovChoice::default();
+    for name in text.split(',').map(str::trim) {
+        if name == "all" {
+            choice.all = true;
+        } else if !choice.named.add(name) {
             return Err(format!(
-                "there is no output '{name}'; known are {}",
+                "there is no output '{name}'; known are {}, all",
                 AovSet::NAMES.join(", ")
             ));
         }
     }
-    Ok(aovs)
+    Ok(choice)
+}
+
+pub fn parse_told(text: &str) -> Result<Told, String> {
+    one_of(
+        text,
+        &[
+            ("auto", Told::Auto),
+            ("none", Told::None),
+            ("fixed", Told::Fixed),
+            ("all", Told::All),
+        ],
+    )
 }
 
 pub fn parse_tone(text: &str) -> Result<Tone, String> {
@@ -445,16 +461,17 @@ mod tests {
 
     #[test]
     fn every_aov_name_is_one() {
-        let mut last = AovSet::default();
+        let mut last = AovChoice::default();
         for name in AovSet::NAMES {
             let alone = parse_aovs(name).unwrap();
-            assert!(alone.any());
+            assert!(alone.named.any() && !alone.all);
             assert_ne!(alone, last);
             last = alone;
         }
         let all = parse_aovs(&AovSet::NAMES.join(", ")).unwrap();
-        assert!(all.depth && all.position && all.normal);
-        assert!(all.albedo && all.instance_id && all.primitive_id);
+        assert!(all.named.depth && all.named.position && all.named.normal);
+        assert!(all.named.albedo && all.named.instance_id && all.named.primitive_id);
+        assert!(parse_aovs("depth,all").unwrap().all);
         assert!(parse_aovs("").is_err());
         assert!(parse_aovs("depth,").is_err());
         assert!(

@@ -5,7 +5,7 @@
 //! million nodes is as good as any other file.
 
 use super::lower_camera::camera;
-use super::lower_looks::{environment, light, material};
+use super::lower_looks::{environment, group, light, material};
 use super::schema::{self, Named, Triple};
 use super::schema_camera::Cameras;
 use super::source_spans::At;
@@ -13,7 +13,8 @@ use super::tree::{Source, nearest, quoted};
 use super::{lower_csg, lower_shape, lower_shutter, rotate};
 use crate::math::Affine;
 use crate::scene::{
-    Edge, Entity, EntityKind, Interpolation, Key, MaterialId, NodeId, SceneBuilder, ShapeId,
+    Edge, Entity, EntityKind, Interpolation, Key, LightId, Lit, MaterialId, NodeId, SceneBuilder,
+    ShapeId,
 };
 use crate::{ImportReport, LoadError, LoadOptions};
 use glam::DVec3;
@@ -66,7 +67,12 @@ pub(super) fn lower(
         at.background = Some(background.at);
     }
     if let Some(row) = &file.environment {
+        let lights = scene.tables().lights.len() as u32;
         environment(source, row, (options, report), scene)?;
+        let suns = lights..scene.tables().lights.len() as u32;
+        let suns = suns.map(|row| Lit::Light(LightId(row)));
+        let all = std::iter::once(Lit::Environment).chain(suns);
+        group(source, &row.value.group, all, scene)?;
     }
     let Cameras(Named(rows)) = file.camera.unwrap_or_default();
     for (name, row) in &rows {
@@ -80,7 +86,8 @@ pub(super) fn lower(
         at.cameras.push(row.at);
     }
     for row in file.light.iter().flatten() {
-        scene.light(light(source, row)?);
+        let id = scene.light(light(source, row)?);
+        group(source, &row.value.group, [Lit::Light(id)], scene)?;
         at.lights.push(row.at);
     }
     let Named(rows) = file.material.unwrap_or_default();
@@ -94,6 +101,7 @@ pub(super) fn lower(
             report.repair("base_color with a part above 1", 1);
         }
         let id = scene.material(&name.value, material(source, &row)?);
+        group(source, &row.group, [Lit::Material(id)], scene)?;
         materials.insert(name.value, id);
     }
     let Named(rows) = file.shape.unwrap_or_default();

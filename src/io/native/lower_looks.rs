@@ -5,7 +5,7 @@ use super::schema;
 use super::source_spans::At;
 use super::tree::{Source, quoted};
 use crate::environment_map::{MAP_FORMATS, names_map, read_map};
-use crate::scene::{Environment, Falloff, Layers, Light, Material, Model, SceneBuilder};
+use crate::scene::{Environment, Falloff, Layers, Light, Lit, Material, Model, SceneBuilder};
 use crate::{Folder, ImportReport, LoadError, LoadOptions};
 use glam::DVec3;
 use lanecast_light::sky::sky as clear_sky;
@@ -102,6 +102,35 @@ fn picture_of_sky(
         )));
     }
     read_map(&path, report)
+}
+
+/// Puts lights into the group that is named, if any is.
+pub(super) fn group(
+    source: &Source,
+    name: &Option<At<String>>,
+    lights: impl IntoIterator<Item = Lit>,
+    scene: &mut SceneBuilder,
+) -> Result<()> {
+    let Some(name) = name else {
+        return Ok(());
+    };
+    // Other signs part the names of layers and channels in OpenEXR files.
+    let fits = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_');
+    if name.value.is_empty() || !name.value.chars().all(fits) {
+        let message = format!(
+            "the group {} has to be of letters, digits, - and _, as it names layers of pictures",
+            quoted(&name.value)
+        );
+        return Err(source.error(name.at, message));
+    }
+    if name.value == "ungrouped" {
+        let message = "the group 'ungrouped' is that of lights without one; name it otherwise";
+        return Err(source.error(name.at, message));
+    }
+    for lit in lights {
+        scene.light_group(&name.value, lit);
+    }
+    Ok(())
 }
 
 pub(super) fn light(source: &Source, row: &At<schema::Light>) -> Result<Light> {

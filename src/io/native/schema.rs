@@ -70,6 +70,9 @@ pub struct Environment {
     /// A factor of the radiance, or one for each of red, green and blue, 0 or greater; 1 if
     /// absent.
     pub scale: Option<At<Scale>>,
+    /// The group of lights that it belongs to, with the background and the sun of a sky, for
+    /// `render --aov light_groups`; none if absent.
+    pub group: Option<At<String>>,
 }
 
 /// A clear sky, in W/(sr·m²): some hundred times brighter than a scene of ordinary numbers.
@@ -93,6 +96,9 @@ pub struct Light {
     pub directional: Option<DirectionalLight>,
     pub rectangle: Option<RectangleLight>,
     pub disc: Option<DiscLight>,
+    /// The group of lights that it belongs to, for `render --aov light_groups`: letters, digits,
+    /// - and _; none if absent.
+    pub group: Option<At<String>>,
 }
 
 /// A light that shines from one point to all sides.
@@ -187,6 +193,9 @@ pub struct Material {
     pub roughness: Option<f32>,
     /// Radiance that the surface gives off, W/(sr·m²); none if absent.
     pub emission: Option<Color>,
+    /// The group of lights that its emission belongs to, for `render --aov light_groups`; none if
+    /// absent.
+    pub group: Option<At<String>>,
     /// Fraction of light that passes through, 0 to 1; 0 if absent.
     pub transmission: Option<f32>,
     /// Index of refraction, greater than 0; 1.5 if absent.

@@ -4,6 +4,7 @@
 //! `merge_meshes`, which reads a mesh from any file that has one, and `picture`, which
 //! chooses the picture formats by a name's ending.
 
+pub mod aovs;
 pub mod folder;
 pub mod import_report;
 pub mod leftovers;

@@ -1,67 +1,13 @@
 //! Rendered pictures: one column per channel, row-major, top row first; and the files that
 //! they are written to.
 //!
-//! `x.png` is sRGB, developed by a view transform; `x.exr` is linear and also holds the AOVs.
-//! The AOVs of `x.png` go to `x.aov.exr` beside it. `openexr.rs` names the channels;
+//! `x.png` and `x.jpg` are sRGB, developed by a view transform; `x.hdr` and `x.exr` are linear, and
+//! the last also holds the AOVs. Those of the others go to `x.aov.exr` beside it. `openexr.rs` names the channels;
 //! `outputs.rs` makes files appear complete or not at all.
 
 use crate::openexr::{self, Content};
-use crate::{Development, Outputs, SaveError, png};
+use crate::{Development, Matte, Metadata, Outputs, SaveError, jpeg, png, radiance};
 use std::path::{Path, PathBuf};
-
-/// A set of arbitrary output variables (AOVs) to keep beside the colour.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct AovSet {
-    pub depth: bool,
-    pub position: bool,
-    pub normal: bool,
-    pub albedo: bool,
-    pub instance_id: bool,
-    pub primitive_id: bool,
-    pub samples: bool,
-}
-
-impl AovSet {
-    /// Whether the set has an AOV.
-    pub fn any(&self) -> bool {
-        *self != AovSet::default()
-    }
-
-    /// Whether the set has an AOV that the pixels' first hits tell.
-    pub fn any_of_hits(&self) -> bool {
-        let hits = AovSet {
-            samples: false,
-            ..*self
-        };
-        hits.any()
-    }
-
-    /// The names of the AOVs, as `--aov` takes them.
-    pub const NAMES: [&str; 7] = [
-        "depth",
-        "position",
-        "normal",
-        "albedo",
-        "instance_id",
-        "primitive_id",
-        "samples",
-    ];
-
-    /// Adds the AOV called `name`; returns false if there is none of this name.
-    pub fn add(&mut self, name: &str) -> bool {
-        match name {
-            "depth" => self.depth = true,
-            "position" => self.position = true,
-            "normal" => self.normal = true,
-            "albedo" => self.albedo = true,
-            "instance_id" => self.instance_id = true,
-            "primitive_id" => self.primitive_id = true,
-            "samples" => self.samples = true,
-            _ => return false,
-        }
-        true
-    }
-}
 
 /// A picture with its AOVs. AOVs that are not kept are `None`. An AOV is the value at the
 /// pixel's centre, never a mean.
@@ -89,23 +35,40 @@ pub struct Picture {
     pub primitive_id: Option<Vec<u32>>,
     /// The number of samples that the colour is the mean of.
     pub samples: Option<Vec<u32>>,
+    /// Distance of the hit point from where the camera's ray starts; infinity where nothing was
+    /// hit.
+    pub distance: Option<Vec<f32>>,
+    /// Unit geometric normal in world space on the side that is seen; (0, 0, 0) where nothing was
+    /// hit.
+    pub geometric_normal: Option<Vec<[f32; 3]>>,
+    /// The shading normal in camera space: x to the right, y up, z towards the viewer.
+    pub camera_normal: Option<Vec<[f32; 3]>>,
+    /// Barycentric coordinates of triangles; (0, 0) elsewhere.
+    pub uv: Option<Vec<[f32; 2]>>,
+    /// The variance of the pixel's colour, by channel, as two halves of its samples tell it.
+    pub variance: Option<Vec<[f32; 3]>>,
+    /// Parts of the colour, linear.
+    pub layers: Vec<Layer>,
+    pub mattes: Vec<Matte>,
+    /// What an OpenEXR file's header tells of the picture; nothing if empty.
+    pub metadata: Metadata,
+}
+
+/// A part of a picture's colour.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layer {
+    pub name: String,
+    pub color: Vec<[f32; 3]>,
 }
 
 impl Picture {
     /// The `instance_id` of a pixel where nothing was hit.
     pub const NO_ID: u64 = u64::MAX;
 
-    /// The set of AOVs that the picture has.
-    pub fn aovs(&self) -> AovSet {
-        AovSet {
-            depth: self.depth.is_some(),
-            position: self.position.is_some(),
-            normal: self.normal.is_some(),
-            albedo: self.albedo.is_some(),
-            instance_id: self.instance_id.is_some(),
-            primitive_id: self.primitive_id.is_some(),
-            samples: self.samples.is_some(),
-        }
+    /// Says whether the picture has anything beside colour and alpha.
+    pub fn has_aovs(&self) -> bool {
+        let columns = self.columns();
+        columns.iter().skip(2).any(|(_, len)| len.is_some())
     }
 
     /// Encodes the picture into the files of [`picture_files`] and adds them to `outputs`,
@@ -120,9 +83,11 @@ impl Picture {
         outputs: &mut Outputs,
     ) -> Result<(), SaveError> {
         self.check_columns(path)?;
-        for (path, what) in picture_files(path, self.aovs())? {
+        for (path, what) in picture_files(path, self.has_aovs())? {
             let bytes = match what {
                 PictureFile::Png => png::encode(self, development, &path)?,
+                PictureFile::Jpeg => jpeg::encode(self, development, &path)?,
+                PictureFile::Hdr => radiance::encode(self, &path)?,
                 PictureFile::Exr => openexr::encode(self, Content::ColorAndAovs, &path)?,
                 PictureFile::AovExr => openexr::encode(self, Content::Aovs, &path)?,
             };
@@ -142,21 +107,8 @@ impl Picture {
     /// Checks that the picture has pixels and every column has one row per pixel, because
     /// a program may fill the public fields.
     fn check_columns(&self, path: &Path) -> Result<(), SaveError> {
-        fn len<T>(column: &Option<Vec<T>>) -> Option<usize> {
-            column.as_ref().map(Vec::len)
-        }
         let pixels = self.width as usize * self.height as usize;
-        let columns = [
-            ("color", Some(self.color.len())),
-            ("alpha", len(&self.alpha)),
-            ("depth", len(&self.depth)),
-            ("position", len(&self.position)),
-            ("normal", len(&self.normal)),
-            ("albedo", len(&self.albedo)),
-            ("instance_id", len(&self.instance_id)),
-            ("primitive_id", len(&self.primitive_id)),
-            ("samples", len(&self.samples)),
-        ];
+        let columns = self.columns();
         let message = if pixels == 0 {
             "the picture has no pixels".into()
         } else if let Some((name, len)) = columns
@@ -172,6 +124,36 @@ impl Picture {
             message,
         })
     }
+
+    /// Lists the columns with their lengths, of mattes the number of pixels; colour and alpha come
+    /// first.
+    fn columns(&self) -> Vec<(&str, Option<usize>)> {
+        fn len<T>(column: &Option<Vec<T>>) -> Option<usize> {
+            column.as_ref().map(Vec::len)
+        }
+        let mut columns = vec![
+            ("color", Some(self.color.len())),
+            ("alpha", len(&self.alpha)),
+            ("depth", len(&self.depth)),
+            ("position", len(&self.position)),
+            ("normal", len(&self.normal)),
+            ("albedo", len(&self.albedo)),
+            ("instance_id", len(&self.instance_id)),
+            ("primitive_id", len(&self.primitive_id)),
+            ("samples", len(&self.samples)),
+            ("distance", len(&self.distance)),
+            ("geometric_normal", len(&self.geometric_normal)),
+            ("camera_normal", len(&self.camera_normal)),
+            ("uv", len(&self.uv)),
+            ("variance", len(&self.variance)),
+        ];
+        let layers = self.layers.iter();
+        columns.extend(layers.map(|layer| (&layer.name[..], Some(layer.color.len()))));
+        let pixels = |matte: &Matte| matte.rows.len() / matte.ranks.max(1) as usize;
+        let mattes = self.mattes.iter();
+        columns.extend(mattes.map(|matte| (matte.name, Some(pixels(matte)))));
+        columns
+    }
 }
 
 /// The content of one file of a picture.
@@ -179,6 +161,10 @@ impl Picture {
 pub enum PictureFile {
     /// Colour, sRGB, and alpha.
     Png,
+    /// Colour, sRGB.
+    Jpeg,
+    /// Colour, linear.
+    Hdr,
     /// Colour, linear, alpha and AOVs.
     Exr,
     /// AOVs alone.
@@ -186,17 +172,25 @@ pub enum PictureFile {
 }
 
 /// Lists the files to which a picture with these AOVs is saved as `path`; fails unless the
-/// extension is `.png` or `.exr`.
-pub fn picture_files(path: &Path, aovs: AovSet) -> Result<Vec<(PathBuf, PictureFile)>, SaveError> {
+/// extension is `.png`, `.jpg`, `.hdr` or `.exr`.
+pub fn picture_files(
+    path: &Path,
+    has_aovs: bool,
+) -> Result<Vec<(PathBuf, PictureFile)>, SaveError> {
     let extension = path
         .extension()
         .map(|e| e.to_string_lossy().to_lowercase())
         .unwrap_or_default();
     match extension.as_str() {
         "exr" => Ok(vec![(path.into(), PictureFile::Exr)]),
-        "png" => {
-            let mut files = vec![(path.into(), PictureFile::Png)];
-            if aovs.any() {
+        "png" | "jpg" | "jpeg" | "hdr" => {
+            let own = match extension.as_str() {
+                "png" => PictureFile::Png,
+                "hdr" => PictureFile::Hdr,
+                _ => PictureFile::Jpeg,
+            };
+            let mut files = vec![(path.into(), own)];
+            if has_aovs {
                 files.push((path.with_extension("aov.exr"), PictureFile::AovExr));
             }
             Ok(files)

@@ -208,6 +208,34 @@ impl Bsdf {
         }
     }
 
+    /// Returns the share of [`Bsdf::eval`] that diffuse lobes and fibres make, by channel; 0
+    /// where nothing is scattered.
+    pub fn diffuse_share<L: Lanes<Scalar = f32>>(
+        &self,
+        looks: &Looks<L>,
+        eta: L,
+        out: Vec3<L>,
+        into: Vec3<L>,
+    ) -> [L; 3] {
+        let (zero, one) = (L::zero(), L::splat(1.0));
+        if self.is_black || self.only_delta {
+            return [zero; 3];
+        }
+        let (out, eta) = (above(out), glass::clamped_eta(eta));
+        let (all, diffuse) = match &self.model {
+            Lobes::Layered(it) => {
+                let hit = it.prepare(looks, eta, out);
+                (it.eval(&hit, into).value, it.diffuse_part(&hit, into))
+            }
+            Lobes::Phong(it) => (it.eval(out, into).value, it.diffuse_part(into)),
+        };
+        std::array::from_fn(|k| {
+            let some = all[k].gt(zero);
+            let share = diffuse[k] / L::select(some, all[k], one);
+            L::select(some, share.max(zero).min(one), zero)
+        })
+    }
+
     /// Samples a direction by three random numbers in [0, 1).
     #[inline]
     pub fn sample<L: Lanes<Scalar = f32>>(

@@ -113,6 +113,12 @@ impl Phong {
         Evaluated { value, pdf }
     }
 
+    /// Returns what the diffuse lobe makes of [`Phong::eval`].
+    pub fn diffuse_part<L: Lanes<Scalar = f32>>(&self, into: Vec3<L>) -> [L; 3] {
+        let cos = cosine_hemisphere_density(into.z);
+        self.diffuse.map(|d| L::splat(d) * cos)
+    }
+
     #[inline(always)]
     pub fn sample<L: Lanes<Scalar = f32>>(
         &self,

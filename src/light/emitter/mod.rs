@@ -187,6 +187,11 @@ impl Emitters {
         all
     }
 
+    /// Returns the number of emitters, which is the id of the environment.
+    pub fn count(&self) -> usize {
+        self.kinds.len()
+    }
+
     /// Whether nothing can be sampled.
     pub fn is_empty(&self) -> bool {
         self.local.is_empty() && self.far_count() == 0
@@ -463,6 +468,14 @@ impl Emitters {
             None => self.background.map(L::splat),
         };
         self.with_suns(dir, sky)
+    }
+
+    /// Lists the suns whose discs a direction lies in: their ids and radiance.
+    pub fn suns_at(&self, dir: [f32; 3]) -> impl Iterator<Item = (u32, Rgb)> {
+        let dir = Vec3::new(dir[0], dir[1], dir[2]);
+        let suns = self.suns.iter().filter(|sun| sun.versine > 0.0);
+        suns.filter(move |sun| sun.contains::<f32>(dir).any())
+            .map(|sun| (sun.id, sun.radiance))
     }
 
     /// Adds the suns' discs to the radiance of the sky.

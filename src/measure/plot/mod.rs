@@ -13,8 +13,9 @@ mod solvers;
 mod svg;
 
 pub use extremes::extremes_page;
-pub use page::Heading;
+pub use page::{Heading, Section, page_with};
 pub use solvers::solvers_page;
+pub use svg::escaped;
 
 use super::bench::{Comparison, Row};
 use super::growth::Growth;
@@ -22,7 +23,6 @@ use super::index_stats::StructureRow;
 use super::ray_kinds::Kind;
 use bars::{Bar, Group};
 use curves::{Chart, Line, Stroke};
-use page::Section;
 
 /// The meaning of a colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -55,12 +55,24 @@ svg .curve { fill: none; stroke-width: 2; stroke-linejoin: round; }
 
 /// Writes the page. `legend` holds class and name of each colour.
 pub fn write(heading: &Heading, legend: &[(&str, &str)], sections: &[Section]) -> String {
+    write_with((&curve_colours(), legend), heading, sections)
+}
+
+/// Writes a page without legend, with a style of its own beside the common one.
+pub fn page_with(heading: &Heading, style: &str, sections: &[Section]) -> String {
+    write_with((style, &[]), heading, sections)
+}
+
+fn write_with(
+    (style, legend): (&str, &[(&str, &str)]),
+    heading: &Heading,
+    sections: &[Section],
+) -> String {
     let title = escaped(&heading.title);
     let mut html = format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <title>{title}</title>\n<style>{STYLE}{}</style>\n</head>\n<body>\n<h1>{title}</h1>\n<dl>\n",
-        curve_colours()
+         <title>{title}</title>\n<style>{STYLE}{style}</style>\n</head>\n<body>\n<h1>{title}</h1>\n<dl>\n"
     );
     for (what, value) in &heading.facts {
         let _ = writeln!(

@@ -81,6 +81,11 @@ impl SceneBuilder {
         LightId(self.tables.lights.len() as u32 - 1)
     }
 
+    /// Puts a light, what shines of a material, or the environment into a group of a name.
+    pub fn light_group(&mut self, name: &str, lit: Lit) {
+        self.tables.light_groups.put(name, lit);
+    }
+
     /// Adds a camera.
     pub fn camera(&mut self, name: &str, camera: Camera) -> CameraId {
         let cameras = &mut self.tables.cameras;

@@ -21,6 +21,7 @@ mod graph_order;
 mod hull;
 mod ids;
 mod instances;
+mod light_groups;
 mod lights;
 mod materials;
 mod meshes;
@@ -58,6 +59,7 @@ pub use ids::*;
 pub use instances::{
     Instance, InstanceTable, Instances, MAX_DEPTH, MAX_INSTANCES, MAX_LAID_OUT, Placement,
 };
+pub use light_groups::{LightGroups, Lit};
 pub use lights::{Environment, Falloff, Light};
 pub use materials::{Layers, Material, Materials, Model, Rgb};
 pub use meshes::far_center;

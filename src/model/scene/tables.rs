@@ -3,6 +3,7 @@
 use super::cameras::{Camera, Cameras};
 use super::csg_tables::CsgTables;
 use super::deformation::Deformations;
+use super::light_groups::LightGroups;
 use super::lights::{Environment, Light};
 use super::materials::{Materials, Rgb};
 use super::meshes::Meshes;
@@ -36,6 +37,7 @@ macro_rules! tables {
 
             pub materials: Materials,
             pub lights: Vec<Light>,
+            pub light_groups: LightGroups,
             pub cameras: Cameras,
             /// The radiance where a ray meets nothing.
             pub background: Rgb,

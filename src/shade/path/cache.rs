@@ -9,7 +9,7 @@
 //! on nevertheless, and find by how much it is off, so that the mean is right whatever is in it
 //! (Dereviannykh et al. 2024, "Neural Two-Level Monte Carlo", section 4, with another cache).
 
-use super::scatter::Spot;
+use super::spot::Spot;
 use super::state::Paths;
 use super::{Look, PathTracer, Slot};
 use crate::light::bsdf::Sampled;

@@ -1,10 +1,12 @@
 //! Light that paths run into: the sky, and bodies that shine, weighed against the light
 //! sampling that could have found them.
 
+use super::layers::{EMISSION, Film};
 use super::state::Paths;
-use super::{PathTracer, Seen, Slot, share};
+use super::{PathTracer, Seen, share};
 use crate::math::lanes::Lanes;
 use crate::math::{Vec3, units};
+use crate::scene::Rgb;
 use crate::shade::columns::{STEP, Singles};
 use crate::shade::hit_buffer::HitBuffer;
 use crate::trace::HitId;
@@ -12,12 +14,7 @@ use glam::DVec3;
 
 impl PathTracer<'_> {
     /// Adds the sky to the slots of paths whose rays meet nothing.
-    pub(super) fn add_sky(
-        &self,
-        wave: &Paths,
-        (depth, instance): (u32, &[u64]),
-        slots: &mut [Slot],
-    ) {
+    pub(super) fn add_sky(&self, wave: &Paths, (depth, instance): (u32, &[u64]), film: &mut Film) {
         let mut rows = [0; STEP];
         let mut count = 0;
         for (ray, id) in instance.iter().enumerate() {
@@ -26,14 +23,14 @@ impl PathTracer<'_> {
                 count += 1;
             }
             if count == STEP {
-                self.add_sky_to(wave, depth, &rows, count, slots);
+                self.add_sky_to(wave, depth, &rows, count, film);
                 count = 0;
             }
         }
         if count > 0 {
             let last = rows[count - 1];
             rows[count..].fill(last);
-            self.add_sky_to(wave, depth, &rows, count, slots);
+            self.add_sky_to(wave, depth, &rows, count, film);
         }
     }
 
@@ -43,7 +40,7 @@ impl PathTracer<'_> {
         depth: u32,
         rows: &[u32; STEP],
         count: usize,
-        slots: &mut [Slot],
+        film: &mut Film,
     ) {
         let straight = |i: usize| wave.straight[rows[i] as usize];
         let seen = |i: usize| self.backdrop != Seen::Sky && straight(i);
@@ -53,7 +50,7 @@ impl PathTracer<'_> {
         };
         for (i, ray) in rows.iter().enumerate().take(count) {
             let ray = *ray as usize;
-            let slot = &mut slots[wave.rays.pixel[ray] as usize];
+            let slot = &mut film.slots[wave.rays.pixel[ray] as usize];
             match self.backdrop {
                 Seen::Color(color) if seen(i) => {
                     let weight = wave.rays.weight.row(ray);
@@ -74,6 +71,20 @@ impl PathTracer<'_> {
                         slot[k] += sky[k][i];
                     }
                 }
+            }
+            if let (Some(layers), Some(plan)) = (&mut film.layers, self.layers) {
+                let light = match self.backdrop {
+                    Seen::Color(color) if seen(i) => {
+                        let weight = wave.rays.weight.row(ray);
+                        std::array::from_fn(|k| weight[k] * color[k])
+                    }
+                    Seen::Nothing if seen(i) => continue,
+                    _ => [0, 1, 2].map(|k| sky[k][i]),
+                };
+                let dir = DVec3::from_array(wave.rays.dir(ray)).normalize().as_vec3();
+                let trail = &wave.trail(ray as u32);
+                let of = (plan, &self.luminaires.emitters);
+                layers.add_sky(of, wave.rays.pixel[ray], (trail, dir.to_array()), light);
             }
         }
     }
@@ -99,7 +110,7 @@ impl PathTracer<'_> {
         &self,
         wave: &Paths,
         (instance, t): (&[u64], &[f64]),
-        slots: &mut [Slot],
+        film: &mut Film,
     ) {
         let emitters = &self.luminaires.emitters;
         if !emitters.has_panels() {
@@ -127,9 +138,16 @@ impl PathTracer<'_> {
                 let way = t * dir.length();
                 let left = self.materials.left(&wave.media[ray], way as f32);
                 let weight = wave.rays.weight.row(ray);
-                let slot = &mut slots[wave.rays.pixel[ray] as usize];
+                let pixel = wave.rays.pixel[ray];
+                let light: Rgb = std::array::from_fn(|k| weight[k] * radiance[k] * part * left[k]);
+                let slot = &mut film.slots[pixel as usize];
                 for k in 0..3 {
-                    slot[k] += weight[k] * radiance[k] * part * left[k];
+                    slot[k] += light[k];
+                }
+                if let (Some(layers), Some(plan)) = (&mut film.layers, self.layers) {
+                    let trail = &wave.trail(ray as u32);
+                    let to = (trail, EMISSION, plan.of_emitter(emitter));
+                    layers.add(plan, pixel, to, light);
                 }
             }
         }
@@ -141,7 +159,7 @@ impl PathTracer<'_> {
         wave: &Paths,
         (depth, instance, primitive): (u32, &[u64], &[u32]),
         buffer: &HitBuffer,
-        slots: &mut [Slot],
+        film: &mut Film,
     ) {
         if !self.materials.any_shines {
             return;
@@ -173,9 +191,17 @@ impl PathTracer<'_> {
                 part = share(own, other);
             }
             let weight = wave.rays.weight.row(ray);
-            let slot = &mut slots[wave.rays.pixel[ray] as usize];
+            let pixel = wave.rays.pixel[ray];
+            let light: Rgb = std::array::from_fn(|k| weight[k] * radiance[k] * part);
+            let slot = &mut film.slots[pixel as usize];
             for k in 0..3 {
-                slot[k] += weight[k] * radiance[k] * part;
+                slot[k] += light[k];
+            }
+            if let (Some(layers), Some(plan)) = (&mut film.layers, self.layers) {
+                let number = self.materials.number(buffer.material[hit]);
+                let trail = &wave.trail(ray as u32);
+                let to = (trail, EMISSION, plan.of_material(number));
+                layers.add(plan, pixel, to, light);
             }
         }
     }

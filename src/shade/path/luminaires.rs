@@ -75,6 +75,32 @@ impl Luminaires {
         })
     }
 
+    /// Lists the emitters that are bodies of the scene, with their materials.
+    pub fn materials(&self, scene: &Tables, instances: &Instances) -> Vec<(u32, MaterialId)> {
+        let mut all = Vec::new();
+        for (id, owner) in &self.owners {
+            let instance = instances.get(scene, *id);
+            let own = instance.material;
+            match (owner, scene.shapes.row(instance.shape)) {
+                (Owner::One(emitter), _) => all.extend(own.map(|m| (*emitter, m))),
+                (Owner::Triangles(of), Shape::Mesh(mesh)) => {
+                    let mesh = scene.meshes.row(mesh);
+                    for (triangle, emitter) in of.iter().enumerate() {
+                        let material = own.or_else(|| mesh.material(triangle as u32));
+                        let some = material.filter(|_| *emitter != u32::MAX);
+                        all.extend(some.map(|m| (*emitter, m)));
+                    }
+                }
+                (Owner::Fan(first, parts), _) => {
+                    let ids = (*first..).take(parts.len());
+                    all.extend(own.iter().flat_map(|m| ids.clone().map(|id| (id, *m))));
+                }
+                _ => {}
+            }
+        }
+        all
+    }
+
     /// Returns a sky of radiance 1 and nothing else.
     pub fn white_sky() -> Luminaires {
         Luminaires {

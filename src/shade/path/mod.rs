@@ -8,17 +8,22 @@
 
 mod cache;
 mod emission;
+mod first_met;
 mod ground;
 mod hit_columns;
+mod layers;
 mod luminaires;
 mod media;
 mod record;
 mod scatter;
 mod shadows;
+mod spot;
 mod state;
 
 pub use cache::{CacheUse, Irradiance, IrradianceRecord, Missed, UseMode};
+pub use first_met::FirstMet;
 pub use ground::Ground;
+pub use layers::{LIGHT_LAYERS, LayerPlan, LayerSlots};
 pub use luminaires::Luminaires;
 pub use media::MediaField;
 pub use record::{PathLight, PathVertex};
@@ -41,6 +46,7 @@ use bumpalo::collections::Vec as ArenaVec;
 use cache::CacheColumns;
 use glam::DVec3;
 use hit_columns::HitColumns;
+use layers::Film;
 use shadows::LightRays;
 use state::Paths;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
@@ -217,6 +223,9 @@ pub struct PathScratch<'b> {
     starts: ArenaVec<'b, u32>,
     lights: LightRays<'b>,
     cached: CacheColumns<'b>,
+    layers: Option<LayerSlots<'b>>,
+    /// What the tile's pixels meet first.
+    first_met: Option<&'b mut [FirstMet]>,
     /// The path that is traced alone, for `verify`.
     record: Option<Vec<PathVertex>>,
     trace: &'b mut TraceScratch,
@@ -240,9 +249,50 @@ impl<'b> PathScratch<'b> {
             starts: ArenaVec::new_in(arena),
             lights: LightRays::new(arena),
             cached: CacheColumns::new(arena),
+            layers: None,
+            first_met: None,
             record: None,
             trace,
         }
+    }
+
+    /// Keeps layers of light of a tile's pixels from now on.
+    pub fn keep_layers(&mut self, pixels: usize, layers: usize, arena: &'b Bump) {
+        let trails = || ArenaVec::with_capacity_in(BATCH, arena);
+        self.waves
+            .iter_mut()
+            .for_each(|wave| wave.trails = Some(trails()));
+        self.lights.keys = Some(ArenaVec::with_capacity_in(BATCH, arena));
+        self.layers = Some(LayerSlots::new(pixels, layers, arena));
+    }
+
+    /// Keeps what a tile's pixels meet first from now on.
+    pub fn keep_first_met(&mut self, pixels: usize, arena: &'b Bump) {
+        let open = || ArenaVec::with_capacity_in(BATCH, arena);
+        self.waves
+            .iter_mut()
+            .for_each(|wave| wave.open = Some(open()));
+        self.first_met = Some(arena.alloc_slice_fill_copy(pixels, FirstMet::NOTHING));
+    }
+
+    /// Empties what is kept beside the slots, before a sample.
+    pub fn clear_outputs(&mut self) {
+        if let Some(layers) = &mut self.layers {
+            layers.clear();
+        }
+        if let Some(met) = &mut self.first_met {
+            met.fill(FirstMet::NOTHING);
+        }
+    }
+
+    /// Returns the layers of the last sample, if they are kept.
+    pub fn layers(&self) -> Option<&LayerSlots<'b>> {
+        self.layers.as_ref()
+    }
+
+    /// Returns what each pixel's last sample met first, if it is kept.
+    pub fn first_met(&self) -> Option<&[FirstMet]> {
+        self.first_met.as_deref()
     }
 
     /// Returns the emptied queue to fill with at most [`BATCH`] camera rays, one a pixel, and
@@ -333,6 +383,8 @@ pub struct PathTracer<'w> {
     pub solids: Option<&'w Solids>,
     /// What camera rays see where they meet nothing.
     pub backdrop: Seen,
+    /// The layers of light, if they are kept.
+    pub layers: Option<&'w LayerPlan>,
     /// The ground that the scene stands on, if it fades.
     pub ground: Option<Ground>,
     /// An irradiance cache, and how it is used.
@@ -392,6 +444,10 @@ impl PathTracer<'_> {
         if let Some(record) = &mut scratch.record {
             record::record_ray(wave, (instance, primitive), record);
         }
+        let film = &mut Film {
+            slots,
+            layers: scratch.layers.as_mut(),
+        };
         let buffer = &mut scratch.buffer;
         fill_hit_buffer(
             (self.world, self.kernels.precision),
@@ -399,14 +455,17 @@ impl PathTracer<'_> {
             (t, instance, primitive),
             buffer,
         );
+        if let (Some(met), Some(open)) = (&mut scratch.first_met, &wave.open) {
+            self.meet(met, (wave, open), (depth, instance), buffer);
+        }
         if depth > 0 {
-            self.add_panels(wave, (&instance[..count], t), slots);
+            self.add_panels(wave, (&instance[..count], t), film);
         }
         if self.materials.has_media {
             self.absorb(wave, buffer);
         }
-        self.add_sky(wave, (depth, &instance[..count]), slots);
-        self.add_emission(wave, (depth, instance, primitive), buffer, slots);
+        self.add_sky(wave, (depth, &instance[..count]), film);
+        self.add_emission(wave, (depth, instance, primitive), buffer, film);
         if depth == self.max_depth {
             return;
         }
@@ -438,12 +497,12 @@ impl PathTracer<'_> {
             );
             first += same;
         }
-        scratch.cached.add_to(slots);
+        scratch.cached.add_to(film.slots);
         next.rays.complete(f32::INFINITY, RayKind::Reflection);
         self.add_light(
             &mut scratch.lights,
             (&mut scratch.hits, &mut scratch.buffer),
-            slots,
+            film,
             (cache, scratch.trace),
             statistics,
         );

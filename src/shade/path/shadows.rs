@@ -1,7 +1,8 @@
 //! Rays towards sampled light, and what arrives by those that are not blocked.
 
+use super::PathTracer;
 use super::hit_columns::HitColumns;
-use super::{PathTracer, Slot};
+use super::layers::{EMISSION, Film, LayerKey, SKY};
 use crate::scene::Rgb;
 use crate::shade::hit_buffer::HitBuffer;
 use crate::shade::hits::fill_hit_buffer;
@@ -25,6 +26,9 @@ pub(super) struct LightRays<'b> {
     pub blocked: ArenaVec<'b, bool>,
     /// Those that may pass what blocks them.
     passing: RayQueue<'b>,
+    /// Where the rays take their light, and those that pass, if layers of light are kept.
+    pub keys: Option<ArenaVec<'b, LayerKey>>,
+    passing_keys: ArenaVec<'b, LayerKey>,
 }
 
 impl<'b> LightRays<'b> {
@@ -33,11 +37,16 @@ impl<'b> LightRays<'b> {
             rays: RayQueue::with_capacity(BATCH, arena),
             blocked: ArenaVec::with_capacity_in(2 * BATCH, arena),
             passing: RayQueue::with_capacity(2 * BATCH, arena),
+            keys: None,
+            passing_keys: ArenaVec::new_in(arena),
         }
     }
 
     pub fn clear(&mut self) {
         self.rays.truncate(0);
+        if let Some(keys) = &mut self.keys {
+            keys.clear();
+        }
     }
 }
 
@@ -47,7 +56,7 @@ impl PathTracer<'_> {
         &self,
         lights: &mut LightRays,
         (hits, buffer): (&mut HitColumns, &mut HitBuffer),
-        slots: &mut [Slot],
+        film: &mut Film,
         (cache, trace): (&mut ShadowCache, &mut TraceScratch),
         statistics: &mut Statistics,
     ) {
@@ -55,6 +64,8 @@ impl PathTracer<'_> {
             rays,
             blocked,
             passing,
+            keys,
+            passing_keys,
         } = lights;
         if rays.is_empty() {
             return;
@@ -70,8 +81,10 @@ impl PathTracer<'_> {
         statistics.counts.shadow_occluded += blocked.iter().filter(|b| **b).count() as u64;
         for (ray, blocked) in blocked.iter().enumerate() {
             if !blocked {
-                arrive(slots, rays.pixel[ray], rays.weight.row(ray));
+                let key = keys.as_ref().map(|keys| keys[ray]);
+                self.arrive(film, rays, ray, key);
             } else if self.materials.has_holes {
+                passing_keys.extend(keys.as_ref().map(|keys| keys[ray]));
                 passing.push(
                     DVec3::from_array(rays.org(ray)),
                     DVec3::from_array(rays.dir(ray)),
@@ -85,20 +98,20 @@ impl PathTracer<'_> {
         let mut left = MOST_PASSED;
         while !passing.is_empty() && left > 0 {
             statistics.counts.shadow += passing.len() as u64;
-            self.pass_on(passing, hits, buffer, slots, trace);
+            self.pass_on((passing, passing_keys), (hits, buffer), film, trace);
             left -= 1;
         }
         passing.truncate(0);
+        passing_keys.clear();
     }
 
     /// Brings rays towards light to what is behind the next surface that lets them pass, and
     /// drops those that none does.
     fn pass_on(
         &self,
-        rays: &mut RayQueue,
-        hits: &mut HitColumns,
-        buffer: &mut HitBuffer,
-        slots: &mut [Slot],
+        (rays, keys): (&mut RayQueue, &mut ArenaVec<LayerKey>),
+        (hits, buffer): (&mut HitColumns, &mut HitBuffer),
+        film: &mut Film,
         trace: &mut TraceScratch,
     ) {
         let count = rays.len();
@@ -111,7 +124,8 @@ impl PathTracer<'_> {
         );
         for ray in 0..count {
             if hits.instance[ray] == HitId::NONE.instance {
-                arrive(slots, rays.pixel[ray], rays.weight.row(ray));
+                let key = keys.get(ray).copied();
+                self.arrive(film, rays, ray, key);
             }
         }
         for hit in 0..buffer.len() {
@@ -134,15 +148,29 @@ impl PathTracer<'_> {
             let org = surface.point + surface.ng * (side * buffer.shadow_offset[hit]);
             let end = (f64::from(rays.t_max[ray]) - hits.t[ray]) as f32;
             if weight != [0.0; 3] && end > 0.0 {
+                keys.extend(keys.get(ray).copied());
                 rays.push(org, dir, end, rays.pixel[ray], weight, rays.kind[ray]);
             }
         }
         rays.drop_first(count);
+        keys.drain(..count.min(keys.len()));
     }
-}
 
-fn arrive(slots: &mut [Slot], pixel: u32, light: Rgb) {
-    for (channel, light) in slots[pixel as usize].iter_mut().zip(light) {
-        *channel += light;
+    /// Gives a pixel, and the layers of a key, the light of a ray that arrives.
+    fn arrive(&self, film: &mut Film, rays: &RayQueue, ray: usize, key: Option<LayerKey>) {
+        let (pixel, light): (u32, Rgb) = (rays.pixel[ray], rays.weight.row(ray));
+        for (channel, light) in film.slots[pixel as usize].iter_mut().zip(light) {
+            *channel += light;
+        }
+        if let (Some(layers), Some(plan), Some(key)) = (&mut film.layers, self.layers, key) {
+            let LayerKey { trail, group } = &key;
+            if *group == SKY {
+                let dir = DVec3::from_array(rays.dir(ray)).normalize().as_vec3();
+                let of = (plan, &self.luminaires.emitters);
+                layers.add_sky(of, pixel, (trail, dir.to_array()), light);
+            } else {
+                layers.add(plan, pixel, (trail, EMISSION, *group), light);
+            }
+        }
     }
 }

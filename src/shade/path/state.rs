@@ -1,5 +1,6 @@
 //! Paths that wait to be continued: rays in columns, and what each remembers of its way.
 
+use super::layers::Trail;
 use crate::math::Vec3;
 use crate::shade::columns::{Column3, Doubles, STEP, Singles};
 use crate::shade::ray_queue::{BATCH, RayQueue};
@@ -31,6 +32,10 @@ pub(super) struct Paths<'b> {
     /// The factors of the path's weight from its next scattering on: what an irradiance cache
     /// has given is not found again. Kept where there is a cache.
     onward: Option<Column3<'b, Singles>>,
+    /// The paths' ways, if layers of light are kept.
+    pub trails: Option<ArenaVec<'b, Trail>>,
+    /// Whether the path has come from the camera through holes alone, if mattes are kept.
+    pub open: Option<ArenaVec<'b, bool>>,
 }
 
 impl<'b> Paths<'b> {
@@ -48,7 +53,15 @@ impl<'b> Paths<'b> {
             straight: ArenaVec::with_capacity_in(BATCH, arena),
             origin: has_holes.then(|| Column3::with_capacity(BATCH, arena)),
             onward: is_cached.then(|| Column3::with_capacity(BATCH, arena)),
+            trails: None,
+            open: None,
         }
+    }
+
+    /// Returns the way of a path, if layers of light are kept.
+    pub fn trail(&self, ray: u32) -> Trail {
+        let trails = self.trails.as_ref();
+        trails.map_or_else(Trail::default, |trails| trails[ray as usize])
     }
 
     /// Returns where a path was last scattered.
@@ -100,6 +113,12 @@ impl<'b> Paths<'b> {
         if let Some(onward) = &mut self.onward {
             onward.truncate(0);
         }
+        if let Some(trails) = &mut self.trails {
+            trails.clear();
+        }
+        if let Some(open) = &mut self.open {
+            open.clear();
+        }
     }
 
     /// Gives camera rays, which are in the queue already, the state of paths that begin.
@@ -116,6 +135,12 @@ impl<'b> Paths<'b> {
         }
         if let Some(onward) = &mut self.onward {
             onward.resize(paths, [1.0; 3]);
+        }
+        if let Some(trails) = &mut self.trails {
+            trails.resize(paths, Trail::default());
+        }
+        if let Some(open) = &mut self.open {
+            open.resize(paths, true);
         }
     }
 }

@@ -41,6 +41,7 @@ fn picture(width: u32, height: u32) -> Picture {
         ),
         primitive_id: Some((0..n as u32).map(|i| u32::MAX - i).collect()),
         samples: Some((0..n as u32).map(|i| 1 + i).collect()),
+        ..Picture::default()
     }
 }
 
@@ -179,8 +180,8 @@ fn failures_leave_nothing() {
         assert!(said.to_string().contains(why), "{said}");
     };
     let good = picture(4, 4);
-    fails(&good, "x.jpg", "known are .png and .exr");
-    fails(&good, "x", "known are .png and .exr");
+    fails(&good, "x.bmp", "known are .png, .jpg, .hdr and .exr");
+    fails(&good, "x", "known are .png, .jpg, .hdr and .exr");
     fails(&good, "missing/x.png", "create it first");
     // The second file cannot be written, so the first must not appear either.
     std::fs::create_dir(folder.path().join("x.aov.exr")).unwrap();

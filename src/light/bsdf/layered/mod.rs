@@ -382,6 +382,14 @@ impl Layered {
         self.eval_turned(hit, self.turned(into))
     }
 
+    /// Returns what diffuse lobes and sheen make of [`Layered::eval`].
+    pub fn diffuse_part<L: Lanes<Scalar = f32>>(&self, hit: &Prepared<L>, into: Vec3<L>) -> [L; 3] {
+        let into = self.turned(into);
+        let mut all = self.eval_diffuse(hit, into);
+        self.add_sheen(hit, into, &mut all);
+        all.value
+    }
+
     /// Evaluates a direction of the turned frame, in which `hit.out` lies.
     #[inline(always)]
     fn eval_turned<L: Lanes<Scalar = f32>>(
@@ -389,8 +397,46 @@ impl Layered {
         hit: &Prepared<L>,
         into: Vec3<L>,
     ) -> Evaluated<L> {
+        let up = into.z.gt(L::zero());
+        let mut all = self.eval_diffuse(hit, into);
+        if !self.smooth && self.facets() {
+            self.eval_facets(hit, into, up, &mut all);
+        }
+        if let (Some(coat), Some(coated)) = (&self.coat, &hit.coat)
+            && !coat.smooth
+        {
+            let (value, pdf) = coat.eval(coated, hit.out, into);
+            all.add([L::splat(1.0); 3], value, hit.chances.coat * pdf);
+        }
+        self.add_sheen(hit, into, &mut all);
+        all
+    }
+
+    /// Adds the fibres' lobe.
+    #[inline(always)]
+    fn add_sheen<L: Lanes<Scalar = f32>>(
+        &self,
+        hit: &Prepared<L>,
+        into: Vec3<L>,
+        all: &mut Evaluated<L>,
+    ) {
         let zero = L::zero();
-        let up = into.z.gt(zero);
+        if let Some(sheen) = &self.sheen {
+            let value = sheen.value(hit.out, hit.masking, into);
+            let up = into.z.gt(zero);
+            let pdf = L::select(up, L::splat(0.5 * std::f32::consts::FRAC_1_PI), zero);
+            all.add(sheen.color.map(L::splat), value, hit.chances.sheen * pdf);
+        }
+    }
+
+    /// Evaluates the diffuse lobes.
+    #[inline(always)]
+    fn eval_diffuse<L: Lanes<Scalar = f32>>(
+        &self,
+        hit: &Prepared<L>,
+        into: Vec3<L>,
+    ) -> Evaluated<L> {
+        let zero = L::zero();
         let mut all = Evaluated::none();
         if self.diffuse {
             let cos = cosine_hemisphere_density(into.z);
@@ -407,20 +453,6 @@ impl Layered {
         if self.diffuse_through {
             let cos = cosine_hemisphere_density(-into.z);
             all.add(hit.diffuse_through, cos, hit.chances.diffuse_through * cos);
-        }
-        if !self.smooth && self.facets() {
-            self.eval_facets(hit, into, up, &mut all);
-        }
-        if let (Some(coat), Some(coated)) = (&self.coat, &hit.coat)
-            && !coat.smooth
-        {
-            let (value, pdf) = coat.eval(coated, hit.out, into);
-            all.add([L::splat(1.0); 3], value, hit.chances.coat * pdf);
-        }
-        if let Some(sheen) = &self.sheen {
-            let value = sheen.value(hit.out, hit.masking, into);
-            let pdf = L::select(up, L::splat(0.5 * std::f32::consts::FRAC_1_PI), zero);
-            all.add(sheen.color.map(L::splat), value, hit.chances.sheen * pdf);
         }
         all
     }

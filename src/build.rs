@@ -1,0 +1,31 @@
+//! Tells the program which commit it is built from, as `LANECAST_COMMIT`: that of the environment
+//! variable of this name, else what git says, with `-dirty` if sources were changed since; absent
+//! without git.
+//!
+//! It runs again when sources change, which builds the crate anew anyway; a commit alone does not.
+
+use std::process::Command;
+
+fn main() {
+    println!("cargo:rerun-if-changed=src");
+    println!("cargo:rerun-if-env-changed=LANECAST_COMMIT");
+    if let Some(commit) = std::env::var("LANECAST_COMMIT").ok().or_else(commit) {
+        println!("cargo:rustc-env=LANECAST_COMMIT={}", commit.trim());
+    }
+}
+
+fn commit() -> Option<String> {
+    let head = git(&["rev-parse", "--short=12", "HEAD"])?;
+    let status = ["--no-optional-locks", "status", "--porcelain"];
+    let paths = ["--", "src", "Cargo.toml", "Cargo.lock"];
+    let changed = git(&[&status[..], &paths[..]].concat())?;
+    let dirty = if changed.is_empty() { "" } else { "-dirty" };
+    Some(format!("{}{dirty}", head.trim()))
+}
+
+/// Returns what git prints, unless it fails or is not there.
+fn git(arguments: &[&str]) -> Option<String> {
+    let output = Command::new("git").args(arguments).output().ok()?;
+    let text = String::from_utf8(output.stdout).ok()?;
+    output.status.success().then_some(text)
+}

@@ -1,0 +1,90 @@
+//! Options of what a picture keeps beside its colour.
+
+use super::values::{parse_aovs, parse_told};
+use crate::cli::error::CliError;
+use crate::cli::metadata::Told;
+use crate::io::AovSet;
+use crate::render::{Integrator, RenderConfig};
+use clap::{Args, value_parser};
+
+#[derive(Args)]
+pub struct OutputArgs {
+    /// Additional outputs, separated by commas. Of what the pixel's centre shows: depth (along the
+    /// view axis), distance, position, normal, geometric_normal, camera_normal, uv (barycentric),
+    /// albedo, instance_id, primitive_id. Of paths: variance; layers of light, diffuse_direct,
+    /// diffuse_indirect, specular_direct, specular_indirect, emission, environment, light_groups;
+    /// Cryptomattes, crypto_object, crypto_material, crypto_instance. And samples, their number;
+    /// or all
+    #[arg(long, value_name = "NAMES", value_parser = parse_aovs)]
+    pub aov: Option<AovChoice>,
+    /// Ids that each pixel of a Cryptomatte has room for
+    #[arg(long, value_name = "N", default_value_t = 6, value_parser = value_parser!(u32).range(1..=32))]
+    pub cryptomatte_levels: u32,
+    /// What the header of an OpenEXR file tells of how the picture was made: none, fixed (what is
+    /// the same in every run), all (times, too), or auto, which is all if --aov asks for more than
+    /// depth, position, normal, albedo, ids and samples, else none
+    #[arg(long, value_name = "WHAT", default_value = "auto", value_parser = parse_told)]
+    pub metadata: Told,
+}
+
+/// The outputs of `--aov`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct AovChoice {
+    pub named: AovSet,
+    /// All that the picture can have.
+    pub all: bool,
+}
+
+impl OutputArgs {
+    /// Returns all outputs that may come of the arguments, before the scene is known.
+    pub fn most(&self) -> AovSet {
+        let choice = self.aov.unwrap_or_default();
+        let mut aovs = choice.named;
+        if choice.all {
+            aovs.add_all(true);
+        }
+        aovs
+    }
+
+    /// Completes a configuration whose integrator is known by the outputs that it has. Refuses
+    /// those that are named and that it has not.
+    pub fn complete(&self, config: RenderConfig) -> Result<RenderConfig, CliError> {
+        let choice = self.aov.unwrap_or_default();
+        let mut aovs = choice.named;
+        let paths = config.integrator == Integrator::Path;
+        let of_paths = aovs.of_paths();
+        if !paths && !of_paths.is_empty() {
+            return Err(CliError::Usage(format!(
+                "only paths have {}; add --integrator path, or leave it out",
+                of_paths.join(", ")
+            )));
+        }
+        // One sample has no halves.
+        let halves = config.samples() > 1;
+        if aovs.variance && !halves {
+            return Err(CliError::Usage(
+                "one sample has no variance; ask for --spp 2 or more, or leave it out".into(),
+            ));
+        }
+        let mut parts = aovs.of_paths();
+        parts.extend(aovs.variance.then_some("variance"));
+        let is_blurred = config.shutter.is_some();
+        if let (true, Some(part)) = (is_blurred, parts.first()) {
+            return Err(CliError::Usage(format!(
+                "{part} is not kept of pictures with an open shutter; leave it out, or ask for \
+                 --shutter 0"
+            )));
+        }
+        if config.caching.is_some() && aovs.any_of_light() {
+            return Err(CliError::Usage(
+                "a cache of light does not tell layers of light apart; leave them out, or --cache"
+                    .into(),
+            ));
+        }
+        if choice.all {
+            aovs.add_all(paths && !is_blurred && config.caching.is_none());
+            aovs.variance &= halves && !is_blurred;
+        }
+        Ok(RenderConfig { aovs, ..config })
+    }
+}

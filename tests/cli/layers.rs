@@ -1,0 +1,239 @@
+//! Pictures with layers, mattes and metadata, and in all formats.
+
+use crate::run::{folder, lanecast, names, stderr};
+use exr::prelude::{AttributeValue, ReadChannels, ReadLayers, read};
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+const SCENE: &str = r#"format = 1
+[camera]
+eye = [0, 1, 5]
+look_at = [0, 0.5, 0]
+fov_y = 40
+[environment]
+color = [0.2, 0.2, 0.3]
+group = "sky"
+[[light]]
+rectangle = { center = [0, 4, 0], edge_u = [2, 0, 0], edge_v = [0, 0, 2], radiance = [5, 5, 5] }
+group = "key"
+[material.red]
+base_color = [0.8, 0.1, 0.1]
+[shape.ball]
+sphere = { center = [0, 0.5, 0], radius = 0.5 }
+[shape.floor]
+half_space = { normal = [0, 1, 0], offset = 0 }
+[[instance]]
+shape = "ball"
+material = "red"
+[[instance]]
+shape = "floor"
+"#;
+
+fn scene() -> tempfile::TempDir {
+    let folder = folder();
+    fs::write(folder.path().join("s.toml"), SCENE).unwrap();
+    folder
+}
+
+fn render(folder: &Path, more: &[&str]) -> std::process::Output {
+    let first = ["render", "s.toml", "--size", "24x18", "--spp", "4"];
+    lanecast(folder, &[&first, more].concat())
+}
+
+/// The names of a file's channels, and the attributes of its header.
+fn header(path: &Path) -> (BTreeSet<String>, Vec<(String, AttributeValue)>) {
+    let image = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(path)
+        .unwrap();
+    let channels = image.layer_data.channel_data.list.iter();
+    let channels = channels.map(|channel| channel.name.to_string()).collect();
+    let attributes = image.layer_data.attributes;
+    let mut others: Vec<(String, AttributeValue)> = attributes
+        .other
+        .into_iter()
+        .map(|(name, value)| (name.to_string(), value))
+        .collect();
+    others.extend(
+        attributes
+            .world_to_camera
+            .map(|m| ("worldToCamera".into(), AttributeValue::Matrix4x4(m))),
+    );
+    (channels, others)
+}
+
+#[test]
+fn all_layers_and_what_the_header_tells_of_them() {
+    let folder = scene();
+    let done = render(
+        folder.path(),
+        &["--aov", "all", "-o", "x.exr", "--seed", "7"],
+    );
+    assert!(done.status.success(), "{}", stderr(&done));
+    let (channels, attributes) = header(&folder.path().join("x.exr"));
+    for name in [
+        "R",
+        "Z",
+        "distance",
+        "position.X",
+        "normal.Y",
+        "geometric_normal.Z",
+        "camera_normal.X",
+        "uv.U",
+        "albedo.B",
+        "instance_id.lo",
+        "primitive_id",
+        "samples",
+        "variance.G",
+        "diffuse_direct.R",
+        "diffuse_indirect.R",
+        "specular_direct.R",
+        "specular_indirect.R",
+        "emission.R",
+        "environment.R",
+        "light_sky.R",
+        "light_key.G",
+        "light_ungrouped.B",
+        "CryptoObject00.R",
+        "CryptoMaterial02.A",
+        "CryptoInstance01.G",
+    ] {
+        assert!(channels.contains(name), "{name}: {channels:?}");
+    }
+    let of = |name: &str| {
+        let found = attributes.iter().find(|(other, _)| other == name);
+        found.map(|(_, value)| value.clone())
+    };
+    assert_eq!(of("seed"), Some(AttributeValue::I32(7)));
+    assert_eq!(of("samplesPerPixel"), Some(AttributeValue::I32(4)));
+    for name in [
+        "softwareVersion",
+        "commit",
+        "renderTimeSeconds",
+        "rays",
+        "noise",
+        "MSE",
+        "worldToCamera",
+    ] {
+        assert!(of(name).is_some(), "{name}");
+    }
+    let manifests: Vec<String> = attributes
+        .iter()
+        .filter_map(|(name, value)| match value {
+            AttributeValue::Text(text) if name.ends_with("/manifest") => Some(text.to_string()),
+            _ => None,
+        })
+        .collect();
+    for name in ["ball", "floor", "red", "default", "ball.0", "floor.1"] {
+        let key = format!("\"{name}\":\"");
+        assert!(
+            manifests.iter().any(|all| all.contains(&key)),
+            "{manifests:?}"
+        );
+    }
+}
+
+#[test]
+fn equal_pictures_are_equal_files_unless_times_are_told() {
+    let folder = scene();
+    let bytes = |more: &[&str], name: &str| {
+        let done = render(folder.path(), &[more, &["-o", name]].concat());
+        assert!(done.status.success(), "{}", stderr(&done));
+        fs::read(folder.path().join(name)).unwrap()
+    };
+    let fixed = ["--aov", "all", "--metadata", "fixed"];
+    let one = bytes(&[&fixed[..], &["--threads", "1"]].concat(), "a.exr");
+    let two = bytes(&[&fixed[..], &["--threads", "3"]].concat(), "b.exr");
+    assert!(one == two);
+    let plain = bytes(&[], "c.exr");
+    assert!(plain == bytes(&["--metadata", "none"], "d.exr"));
+    assert!(plain.len() < bytes(&["--metadata", "all"], "e.exr").len());
+}
+
+#[test]
+fn other_formats() {
+    let folder = scene();
+    let path = folder.path();
+    for name in ["x.png", "x.exr", "x.jpg", "x.hdr"] {
+        let done = render(path, &["-o", name]);
+        assert!(done.status.success(), "{}", stderr(&done));
+    }
+    let compared = |a: &str, b: &str, flip: &str| {
+        let done = lanecast(path, &["compare", a, b, "--max-flip", flip]);
+        assert_eq!(done.status.code(), Some(0), "{}", stderr(&done));
+    };
+    // What JPEG's blocks and HDR's shared exponents lose.
+    compared("x.jpg", "x.png", "0.05");
+    compared("x.hdr", "x.exr", "0.03");
+    let done = render(path, &["-o", "y.jpg", "--aov", "depth"]);
+    assert!(done.status.success(), "{}", stderr(&done));
+    assert!(names(path).contains(&"y.aov.exr".to_string()));
+}
+
+#[test]
+fn outputs_that_a_picture_cannot_have_are_refused() {
+    let folder = scene();
+    let before = names(folder.path());
+    for (arguments, says) in [
+        (
+            &["--integrator", "direct", "--aov", "emission,crypto_object"][..],
+            "only paths have emission, crypto_object",
+        ),
+        (&["--spp", "1", "--aov", "variance"], "no variance"),
+        (&["--cryptomatte-levels", "0"], "1..=32"),
+        (
+            &["--metadata", "all", "-o", "x.png"],
+            "--metadata is for OpenEXR",
+        ),
+        (&["--metadata", "some"], "--metadata"),
+        (&["-o", "x.jpg", "--bits", "16"], "8 bits"),
+        (&["-o", "x.hdr", "--tone", "agx"], "linear"),
+        (&["-o", "x.jpg", "--background", "transparent"], "no alpha"),
+        (
+            &["--samples", "0..4", "--aov", "all", "-o", "x.sums"],
+            "--aov",
+        ),
+        (
+            &["--samples", "0..4", "--metadata", "all", "-o", "x.sums"],
+            "--metadata",
+        ),
+    ] {
+        let first = ["render", "s.toml", "--size", "8x6"];
+        let output = lanecast(folder.path(), &[&first, arguments].concat());
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+        assert!(said.contains(says), "{arguments:?}: {said}");
+        assert_eq!(names(folder.path()), before);
+    }
+    // All that a picture without paths can have.
+    let direct = ["--integrator", "direct", "--aov", "all", "-o", "x.exr"];
+    let done = render(folder.path(), &direct);
+    assert!(done.status.success(), "{}", stderr(&done));
+    let (channels, _) = header(&folder.path().join("x.exr"));
+    assert!(channels.contains("distance") && !channels.contains("emission.R"));
+}
+
+#[test]
+fn names_of_groups_are_checked() {
+    let folder = folder();
+    for (name, says) in [
+        ("a.b", "letters, digits"),
+        ("", "letters, digits"),
+        ("ungrouped", "name it otherwise"),
+    ] {
+        let text = SCENE.replace("group = \"key\"", &format!("group = \"{name}\""));
+        fs::write(folder.path().join("s.toml"), text).unwrap();
+        let done = render(folder.path(), &["-o", "x.exr"]);
+        assert_eq!(done.status.code(), Some(3));
+        let said = stderr(&done);
+        assert!(
+            said.contains("s.toml:11:9") && said.contains(says),
+            "{said}"
+        );
+    }
+}

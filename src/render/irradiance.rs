@@ -58,6 +58,11 @@ const OF_NEAREST: f64 = 0.8;
 const AROUND: u32 = 16;
 const HEIGHT: f64 = 0.04;
 
+/// Records whose halves differ by more than this part of the cache's error go on, to so many times
+/// the samples at the most.
+const NOISE: f64 = 0.125;
+const MOST_TIMES: u32 = 4;
+
 /// Keys of records differ from those of pixels by this bit of x.
 const RECORD: u32 = 1 << 30;
 
@@ -68,9 +73,23 @@ struct Gathered {
     /// Sum of 1/distance, and how many distances there are.
     inverse: f64,
     count: u32,
+    /// Samples, with those whose directions lead below the surface.
+    samples: u32,
     nearest: f64,
     /// Things are nearer than a pixel's width: light there is left to paths.
     is_left: bool,
+    /// There are samples enough.
+    is_done: bool,
+    /// The sum of the first half of the samples.
+    half: [f64; 4],
+}
+
+impl Gathered {
+    /// Says whether half of the samples tells the same as all, within a part of it.
+    fn is_quiet(&self, sum: [f64; 4], error: f64) -> bool {
+        let off: f64 = (0..3).map(|k| (2.0 * self.half[k] - sum[k]).abs()).sum();
+        off <= error * (sum[0] + sum[1] + sum[2])
+    }
 }
 
 impl PathPicture {
@@ -256,7 +275,7 @@ impl Filler<'_> {
             let mut sums = Sums::new(asked.len(), arena);
             let cache = &mut ShadowCache::new(self.config.shadow_cache);
             // Near things are looked for first: a point that has them within a pixel gets no record.
-            for number in 0..AROUND + samples {
+            for number in 0..AROUND + samples * MOST_TIMES {
                 let is_gathering = number >= AROUND;
                 let sample = number.wrapping_sub(AROUND);
                 if number == AROUND {
@@ -264,9 +283,17 @@ impl Filler<'_> {
                         let least = self.generator.pixel_width(missed.point) * LEAST_WIDTHS;
                         gathered.is_left = OF_NEAREST * gathered.nearest < least;
                     }
-                    if all.iter().all(|gathered| gathered.is_left) {
-                        break;
+                }
+                if is_gathering && sample >= samples / 2 && sample.is_power_of_two() {
+                    let error = NOISE * self.caching.error;
+                    for (row, gathered) in all.iter_mut().enumerate() {
+                        let sum = sums.of(row);
+                        gathered.is_done |= sample >= samples && gathered.is_quiet(sum, error);
+                        gathered.half = sum;
                     }
+                }
+                if is_gathering && all.iter().all(|of| of.is_left || of.is_done) {
+                    break;
                 }
                 let toward = |row: usize, missed: &Missed| {
                     let (x, y) = missed.normal.any_orthonormal_pair();
@@ -284,7 +311,7 @@ impl Filler<'_> {
                     };
                     x * along + y * across + missed.normal * up
                 };
-                let left = |row: usize| all[row].is_left;
+                let left = |row: usize| all[row].is_left || all[row].is_done;
                 let rows = queue(&mut scratch, (asked, &keys), left, toward);
                 slots.fill(Slot::default());
                 let tracer = if is_gathering { &tracer } else { &horizon };
@@ -307,9 +334,13 @@ impl Filler<'_> {
                     gathered.inverse += if is_gathering { 1.0 / distance } else { 0.0 };
                     gathered.count += u32::from(is_gathering);
                 }
+                for gathered in all.iter_mut().filter(|of| !of.is_done) {
+                    gathered.samples += u32::from(is_gathering);
+                }
             }
             for (row, gathered) in all.iter_mut().enumerate() {
-                let [r, g, b, _] = sums.mean(row);
+                let share = 1.0 / f64::from(gathered.samples.max(1));
+                let [r, g, b, _] = sums.of(row).map(|sum| (sum * share) as f32);
                 gathered.light = [r, g, b].map(|c| if c >= 0.0 { c.min(f32::MAX) } else { 0.0 });
             }
             drop(sums);

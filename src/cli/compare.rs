@@ -89,6 +89,13 @@ fn exceeded(
             format!("{wrong} pixels are wrong, more than {most}"),
         ));
     }
+    let odd: u64 = comparison.channels.iter().map(|row| row.not_finite).sum();
+    if args.max_rmse.is_some() && odd > 0 {
+        all.push((
+            "max_rmse",
+            format!("{odd} values are infinite or no number in one picture alone"),
+        ));
+    }
     let rmse = comparison.error.rmse;
     if let Some(most) = args.max_rmse.filter(|most| rmse > *most) {
         all.push((

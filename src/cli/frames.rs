@@ -145,7 +145,7 @@ pub fn run(
         };
         rendered.picture.metadata = metadata::of(
             args.outputs.metadata,
-            (config, &camera, scene_path),
+            (config, &view.camera, scene_path),
             (
                 &rendered.picture,
                 rendered.reached.map(|reached| reached.mean_samples),

@@ -178,7 +178,12 @@ impl RayGenerator {
 
     /// Returns the width of a pixel where a point lies, in world units, near the view axis.
     pub fn pixel_width(&self, point: DVec3) -> f64 {
-        let height = 2.0 * self.half_height() / self.height;
+        let height = match self.camera.projection {
+            Projection::Panorama => PI,
+            Projection::Fisheye { half_angle, .. } => 2.0 * half_angle,
+            _ => 2.0 * self.half_height(),
+        };
+        let height = height / self.height;
         match self.camera.projection.is_parallel() {
             true => height,
             false => height * (point - self.camera.eye).length(),

@@ -375,8 +375,7 @@ impl Filler<'_> {
         let before = Irradiance::new(records);
         let lessened = before.records.par_iter().map(|record| {
             let mut radius = record.radius;
-            before.visit(record.point, record.normal, |number, _| {
-                let other = &before.records[number as usize];
+            before.within(record, |other| {
                 let apart = (other.point - record.point).length();
                 radius = radius.min(other.radius + self.caching.error * apart);
             });

@@ -127,6 +127,13 @@ impl LightArgs {
             Grid::Centers => self.spp.unwrap_or(spp),
             Grid::Corners => 1,
         };
+        if self.cache.is_some() && self.max_depth.is_some_and(|depth| depth < 2) {
+            return Err(CliError::Usage(
+                "--cache is of light that is reflected twice; leave it out, or ask for --max-depth \
+                 2 or more"
+                    .into(),
+            ));
+        }
         if self.cache.is_some() && config.shutter.is_some() {
             return Err(CliError::Usage(
                 "--cache is for still pictures; leave it out, or ask for --shutter 0".into(),

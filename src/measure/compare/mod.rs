@@ -150,6 +150,18 @@ pub fn comparable(
         }
     };
     let (of_a, of_b) = (names(a), names(b));
+    let known = |asked: &&String| {
+        let layer = format!("{asked}.");
+        let all = || of_a.iter().chain(&of_b);
+        all().any(|name| name == *asked || name.starts_with(&layer))
+    };
+    if let Some(unknown) = asked.iter().flat_map(|all| all.iter()).find(|a| !known(a)) {
+        let names: Vec<&str> = a.channels.keys().map(String::as_str).collect();
+        return Err(format!(
+            "they have no channel or layer {unknown}; known are {}",
+            names.join(", ")
+        ));
+    }
     if of_a != of_b {
         let only = |of: &BTreeSet<String>, other: &BTreeSet<String>| {
             let all: Vec<&str> = of.difference(other).map(String::as_str).collect();

@@ -155,6 +155,28 @@ impl Irradiance {
         }
     }
 
+    /// Visits the records that lie in what another serves and face alike.
+    pub fn within(&self, of: &IrradianceRecord, mut found: impl FnMut(&IrradianceRecord)) {
+        let squared = of.radius * of.radius;
+        let mut at = 0;
+        while let Some(node) = self.nodes.get(at) {
+            let nearest = of.point.clamp(node.min, node.max);
+            if (nearest - of.point).length_squared() > squared {
+                at = node.next as usize;
+                continue;
+            }
+            at += 1;
+            let (first, count) = (node.first as usize, node.count as usize);
+            for number in &self.order[first..first + count] {
+                let other = &self.records[*number as usize];
+                let near = (other.point - of.point).length_squared() < squared;
+                if near && other.normal.dot(of.normal) > LEAST_COSINE {
+                    found(other);
+                }
+            }
+        }
+    }
+
     /// Interpolates between the records that serve a point; `None` if there is none.
     pub fn at(&self, point: DVec3, normal: DVec3) -> Option<Rgb> {
         let (mut sum, mut weights) = ([0.0_f64; 3], 0.0);

@@ -444,6 +444,15 @@ impl PathTracer<'_> {
         if let Some(record) = &mut scratch.record {
             record::record_ray(wave, (instance, primitive), record);
         }
+        if let (0, Some(reach)) = (depth, &mut scratch.cached.reach) {
+            reach.clear();
+            reach.extend(t[..count].iter().zip(&instance[..count]).map(|(t, id)| {
+                match *id == HitId::NONE.instance {
+                    true => f64::INFINITY,
+                    false => *t,
+                }
+            }));
+        }
         let film = &mut Film {
             slots,
             layers: scratch.layers.as_mut(),
@@ -472,15 +481,6 @@ impl PathTracer<'_> {
         self.sort_by_material(buffer, &mut scratch.order, &mut scratch.starts);
         scratch.lights.clear();
         scratch.cached.clear_found();
-        if let (0, Some(reach)) = (depth, &mut scratch.cached.reach) {
-            reach.clear();
-            reach.extend(t[..count].iter().zip(&instance[..count]).map(|(t, id)| {
-                match *id == HitId::NONE.instance {
-                    true => f64::INFINITY,
-                    false => *t,
-                }
-            }));
-        }
         let mut first = 0;
         while first < scratch.order.len() {
             let material = buffer.material[scratch.order[first] as usize];

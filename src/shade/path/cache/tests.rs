@@ -62,3 +62,20 @@ fn light_between_records_lies_between_theirs() {
     assert_eq!(at(-1.0), None);
     assert_eq!(at(-0.5), Some(1.0));
 }
+
+/// A small record in a large one bounds it, although the large one's point is far from it.
+#[test]
+fn records_within_another_are_found_however_small() {
+    let small = IrradianceRecord {
+        radius: 0.01,
+        ..record(0.6, 1.0)
+    };
+    let turned = IrradianceRecord {
+        normal: DVec3::X,
+        ..record(0.3, 1.0)
+    };
+    let cache = Irradiance::new(vec![record(0.0, 1.0), small, record(5.0, 1.0), turned]);
+    let mut found = Vec::new();
+    cache.within(&cache.records[0], |other| found.push(*other));
+    assert_eq!(found, [record(0.0, 1.0), small]);
+}

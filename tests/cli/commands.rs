@@ -125,6 +125,10 @@ fn wrong_arguments() {
             "--cache is for --integrator path",
         ),
         (
+            small(&["--cache", "irradiance", "--max-depth", "1"]),
+            "--max-depth 2 or more",
+        ),
+        (
             small(&["--cache", "photons"]),
             "known are irradiance, unbiased",
         ),

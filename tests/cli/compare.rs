@@ -128,3 +128,46 @@ fn what_cannot_be_compared_is_refused_with_the_remedy() {
     );
     assert_eq!(some.status.code(), Some(0), "{}", stderr(&some));
 }
+
+/// Where one picture has a number and the other infinity, no mean can be within a bound.
+#[test]
+fn what_is_infinite_in_one_picture_alone_exceeds_every_bound() {
+    let folder = pictures();
+    let smaller = SCENE.replace("radius = 1", "radius = 0.5");
+    let camera = "[camera]\neye = [0, 0, 9]\nlook_at = [0, 0, 0]\nfov_y = 30\n";
+    for (name, scene) in [("large", SCENE), ("small", &smaller)] {
+        let scene = scene.replacen('\n', &format!("\n{camera}"), 1);
+        fs::write(folder.path().join(format!("{name}.toml")), scene).unwrap();
+        let (from, to) = (format!("{name}.toml"), format!("{name}.exr"));
+        let size = ["--size", "24x18", "--spp", "1", "--aov", "depth"];
+        let arguments = [&["render", &from, "-o", &to], &size[..]].concat();
+        let done = lanecast(folder.path(), &arguments);
+        assert!(done.status.success(), "{}", stderr(&done));
+    }
+    let bound = ["--channels", "Z", "--max-rmse", "1e9"];
+    let compared = |a: &str, b: &str| {
+        let arguments = [&["compare", a, b], &bound[..]].concat();
+        lanecast(folder.path(), &arguments)
+    };
+    assert_eq!(compared("large.exr", "large.exr").status.code(), Some(0));
+    let other = compared("large.exr", "small.exr");
+    assert_eq!(other.status.code(), Some(1));
+    let said = stderr(&other);
+    assert!(
+        said.contains("infinite or no number in one picture"),
+        "{said}"
+    );
+}
+
+#[test]
+fn every_channel_that_is_named_must_be_there() {
+    let folder = pictures();
+    let arguments = ["compare", "a.exr", "a.exr", "--channels", "R,depht"];
+    let output = lanecast(folder.path(), &arguments);
+    assert_ne!(output.status.code(), Some(0));
+    let said = stderr(&output);
+    assert!(
+        said.contains("no channel or layer depht; known are"),
+        "{said}"
+    );
+}

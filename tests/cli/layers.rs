@@ -237,3 +237,33 @@ fn names_of_groups_are_checked() {
         );
     }
 }
+
+/// Each frame tells where its own camera stood.
+#[test]
+fn frames_of_a_moving_camera_have_matrices_of_their_own() {
+    let folder = folder();
+    let scene = "format = 1\n[camera]\neye = [0, 0, 6]\nlook_at = [0, 0, 0]\nfov_y = 35\n\
+                 motion = [{ at = 1.0, eye = [5, 0, 6] }]\n\
+                 [shape.ball]\nsphere = { center = [0, 0, 0], radius = 1 }\n\
+                 [[instance]]\nshape = \"ball\"\n";
+    fs::write(folder.path().join("s.toml"), scene).unwrap();
+    let more = ["--frames", "2", "--metadata", "fixed", "-o", "x.exr"];
+    let done = render(folder.path(), &more);
+    assert!(done.status.success(), "{}", stderr(&done));
+    let matrix = |path: std::path::PathBuf| {
+        let (_, attributes) = header(&path);
+        let found = attributes
+            .into_iter()
+            .find(|(name, _)| name == "worldToCamera");
+        found.unwrap().1
+    };
+    let files = fs::read_dir(folder.path())
+        .unwrap()
+        .map(|e| e.unwrap().path());
+    let mut frames: Vec<_> = files
+        .filter(|p| p.extension().is_some_and(|e| e == "exr"))
+        .collect();
+    frames.sort();
+    assert_eq!(frames.len(), 2);
+    assert_ne!(matrix(frames[0].clone()), matrix(frames[1].clone()));
+}

@@ -444,3 +444,36 @@ fn adaptive_sampling_says_what_it_reached() {
     );
     assert!(note.contains("--max-spp 5 is 4"), "{note}");
 }
+
+/// At the bottom of a slot that is a pixel wide all is left to paths; above it nothing is near.
+#[test]
+fn where_walls_are_nearer_than_a_pixel_a_cache_has_no_records() {
+    let folder = folder();
+    let records = |half: &str| {
+        let block = |name: &str, min: String, max: String| {
+            format!(
+                "[shape.{name}]\nbox = {{ min = {min}, max = {max} }}\n\
+                 [[instance]]\nshape = \"{name}\"\n"
+            )
+        };
+        let scene = [
+            "format = 1\n[camera]\neye = [0, 5, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, -1]\n\
+             orthographic = 4.0\n[environment]\ncolor = [1, 1, 1]\n"
+                .to_owned(),
+            block("floor", "[-9, -0.5, -3]".into(), "[9, 0, 3]".into()),
+            block("left", "[-9, 0, -3]".into(), format!("[-{half}, 1, 3]")),
+            block("right", format!("[{half}, 0, -3]"), "[9, 1, 3]".into()),
+        ];
+        fs::write(folder.path().join("s.toml"), scene.concat()).unwrap();
+        let mut arguments = vec!["render", "s.toml", "--size", "1x48", "--spp", "1"];
+        arguments.extend(["--filter", "box", "--cache", "irradiance", "-o", "s.png"]);
+        let output = lanecast(folder.path(), &arguments);
+        assert!(output.status.success(), "{}", stderr(&output));
+        let said = stdout(&output);
+        let words: Vec<&str> = said.split_whitespace().collect();
+        let at = words.iter().position(|w| *w == "records").unwrap();
+        words[at - 1].parse::<u32>().unwrap()
+    };
+    assert_eq!(records("0.05"), 0);
+    assert!(records("2.0") > 0);
+}

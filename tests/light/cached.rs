@@ -2,6 +2,7 @@
 
 use lanecast::internals::light::filter::Kind;
 use lanecast::internals::render::{Backdrop, IndirectCaching, Integrator};
+use lanecast::internals::scene::Environment;
 use lanecast::shapes::{Cuboid, Sphere};
 use lanecast::{
     Camera, DVec3, Edge, Material, Picture, RenderConfig, Scene, SceneBuilder, Tracer,
@@ -168,5 +169,37 @@ fn no_light_leaks_through_a_thin_wall() {
         }
         assert!(lit > 0.01, "{lit}");
         assert_eq!(dark, 0.0, "at {error}");
+    }
+}
+
+/// A white ball on a white floor under a white sky: all is as bright as the sky, also where the
+/// two nearly touch and small records meet large ones.
+#[test]
+fn a_cached_furnace_is_as_bright_as_its_sky() {
+    let mut scene = SceneBuilder::default();
+    let mut white = matte([1.0; 3]);
+    white.layers.specular = 0.0;
+    let white = scene.material("", white);
+    let (min, max) = (DVec3::new(-50.0, -1.0, -50.0), DVec3::new(50.0, 0.0, 50.0));
+    let floor = scene.cuboid("", Cuboid { min, max });
+    scene.instance("", Edge::shape(floor).material(white));
+    let (center, radius) = (DVec3::Y * 0.5, 0.5);
+    let ball = scene.sphere("", Sphere { center, radius });
+    scene.instance("", Edge::shape(ball).material(white));
+    scene.environment(Environment::uniform([0.5; 3]));
+    let (eye, look_at) = (DVec3::new(0.0, 1.0, 6.0), DVec3::new(0.0, 0.1, 0.5));
+    scene.camera("", Camera::perspective(eye, look_at, DVec3::Y, 8.0));
+    let scene = scene.finish().unwrap();
+    for (error, bound) in [(0.2, 0.015), (0.05, 0.004)] {
+        let config = RenderConfig {
+            filter: Kind::Box,
+            max_depth: 128,
+            backdrop: Backdrop::Auto,
+            ..config(Some(error), false)
+        };
+        let color = render(&scene, &config, None).color;
+        let sum: f64 = color.as_flattened().iter().map(|c| f64::from(*c)).sum();
+        let mean = sum / color.as_flattened().len() as f64;
+        assert!((mean / 0.5 - 1.0).abs() < bound, "{mean} at {error}");
     }
 }

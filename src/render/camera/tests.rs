@@ -159,3 +159,41 @@ fn panoramas_and_fisheyes_see_where_they_should() {
         assert!(fisheye(61, 20)[0].is_nan());
     }
 }
+
+/// The width is the distance over the angle between neighbouring rays, near the axis.
+#[test]
+fn widths_of_pixels_are_those_between_rays() {
+    let k = Calibration {
+        focal: [70.0, 70.0],
+        center: [39.5, 39.5],
+        size: [80, 80],
+        distortion: [0.0; 5],
+    };
+    for projection in [
+        Projection::Perspective { half_height: 0.2 },
+        Projection::Orthographic { half_height: 2.0 },
+        Projection::Calibrated(k),
+        Projection::Panorama,
+        Projection::Fisheye {
+            half_angle: 0.1,
+            mapping: FisheyeMapping::Equidistant,
+        },
+        Projection::Fisheye {
+            half_angle: 3.0,
+            mapping: FisheyeMapping::Equidistant,
+        },
+    ] {
+        let camera = camera(projection, None);
+        let generator = RayGenerator::new(camera, 80, 80, Grid::Centers);
+        let at = |y: u32| {
+            let (org, dir) = generator.ray(40, y, [0.0; 2]);
+            org + dir.normalize() * 5.0
+        };
+        let apart = (at(40) - at(39)).length();
+        let width = generator.pixel_width(at(40));
+        assert!(
+            (width / apart - 1.0).abs() < 1e-2,
+            "{projection:?}: {width} {apart}"
+        );
+    }
+}

@@ -3,6 +3,7 @@
 
 use glam::DVec3;
 use lanecast::internals::geom::{Cuboid, Sphere};
+use lanecast::internals::io::{LoadOptions, load};
 use lanecast::internals::measure::verify::{self, *};
 use lanecast::internals::reference::Reference;
 use lanecast::internals::render::Progress;
@@ -436,4 +437,45 @@ fn a_comparison_counts_its_tiles_and_stops_when_asked_to() {
         assert_eq!(own.err(), Some(Interrupted));
         assert_eq!(progress.rays.load(Relaxed), 0);
     });
+}
+
+/// A ray that begins and ends within roundings of a gyroid: of the two crossings either may count,
+/// and what counts must still be one of them.
+#[test]
+fn a_ray_may_begin_and_end_on_a_level_set() {
+    let text = "format = 1\n[shape.gyroid]\n\
+                implicit = \"sin(x)*cos(y) + sin(y)*cos(z) + sin(z)*cos(x)\"\nopen = true\n\
+                clip.sphere = { center = [0, 0, 0], radius = 6 }\n\
+                [[instance]]\nshape = \"gyroid\"\n";
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("gyroid.toml");
+    std::fs::write(&path, text).unwrap();
+    let loaded = load(&path, &LoadOptions::default()).unwrap();
+    let instances = Instances::of(&loaded.scene).unwrap();
+    let reference = &Reference::new(&loaded.scene, &instances).unwrap();
+    let row = |t, t_max| TracedRay {
+        kind: RayKind::Primary,
+        pixel: 0,
+        sample: 0,
+        depth: 0,
+        org: [
+            -2.8664484520422797,
+            -0.27003278341544057,
+            3.1364812354577203,
+        ],
+        dir: [5.261877363140163, 3.48741840153586, 1.0626980638412218],
+        t_max,
+        outcome: Outcome::Hit {
+            t,
+            instance: 0,
+            primitive: 0,
+            normal: [f64::NAN; 3],
+        },
+    };
+    let counts = |row| replay(reference, &[row], &ALL).counts;
+    let right = counts(row(1.0, 1.0));
+    assert_eq!((right.wrong(), right.undecided), (0, 1));
+    for t in [0.5, 0.999] {
+        assert_eq!(counts(row(t, 1.0)).wrong(), 1, "{t}");
+    }
 }

@@ -9,6 +9,7 @@ mod chi2;
 pub mod emitter;
 pub mod environment;
 pub mod filter;
+pub mod hemisphere;
 pub mod sampler;
 pub mod sampling;
 pub mod sky;

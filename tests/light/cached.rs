@@ -98,7 +98,15 @@ fn a_cached_picture_is_nearly_right_and_less_noisy() {
     let truth = config(None, false);
     let truth = render(&scene, &RenderConfig { spp: 4096, ..truth }, None);
     let [_, noise] = errors(&render(&scene, &config(None, false), None), &truth);
-    let [bias, rms] = errors(&render(&scene, &config(Some(0.2), false), None), &truth);
+    // The mean of a picture has the noise of direct light, about as large as the bound.
+    let seeds = [0, 1, 2].map(|seed| {
+        let config = RenderConfig {
+            seed,
+            ..config(Some(0.2), false)
+        };
+        errors(&render(&scene, &config, None), &truth)
+    });
+    let [bias, rms] = [0, 1].map(|k| seeds.iter().map(|of| of[k]).sum::<f64>() / 3.0);
     assert!(bias.abs() < 0.005, "{bias}");
     assert!(rms < 0.8 * noise, "{rms} of {noise}");
     let [bias, _] = errors(&render(&scene, &config(Some(0.4), true), None), &truth);

@@ -46,8 +46,8 @@ pub struct LightArgs {
     /// what the cache is off)
     #[arg(long, value_name = "USE", value_parser = parse_cache)]
     pub cache: Option<CacheKind>,
-    /// How far records of --cache serve, as a part of the distance of what they see, 0.02 to 1;
-    /// smaller is finer, and takes longer [default: 0.2]
+    /// About the part of the light that records of --cache may be wrong by, 0.02 to 1; smaller is
+    /// finer, and takes longer [default: 0.2]
     #[arg(long, value_name = "ERROR", requires = "cache", value_parser = parse_cache_error)]
     pub cache_error: Option<f64>,
     /// Maximum number of reflections and refractions of a ray [default: 16 for paths, else 5]

@@ -9,6 +9,10 @@
 //! on nevertheless, and find by how much it is off, so that the mean is right whatever is in it
 //! (Dereviannykh et al. 2024, "Neural Two-Level Monte Carlo", section 4, with another cache).
 
+mod record;
+
+pub use record::{IrradianceRecord, SECTORS, sector_direction};
+
 use super::spot::Spot;
 use super::state::Paths;
 use super::{Look, PathTracer, Slot};
@@ -23,52 +27,15 @@ use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;
 use glam::DVec3;
 
-/// Records serve surfaces whose normals are within 45° of theirs.
-const LEAST_COSINE: f64 = 0.707;
-
-/// Records serve no points that lie below them by more than this part of their radius, which see
-/// other things; nor points above them by the second part.
-const BELOW: f64 = 0.1;
-const ABOVE: f64 = 0.4;
-
 /// The share of paths that go on where the cache is a control variate.
 const ONWARD: f32 = 0.5;
 
+/// Where mirrors are between, records whose paths are longer than those that the picture asks for
+/// serve only if these may still be scattered so often: what follows is next to nothing.
+const LEFT_DEPTH: u32 = 8;
+
 /// Most records of a leaf of the tree.
 const LEAF: usize = 4;
-
-/// Indirect light at a point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct IrradianceRecord {
-    pub point: DVec3,
-    /// The shading normal, unit.
-    pub normal: DVec3,
-    /// Irradiance over π, which is the radiance of a white surface.
-    pub light: Rgb,
-    /// How far the record serves, in world units.
-    pub radius: f64,
-}
-
-impl IrradianceRecord {
-    /// Returns how much the record counts at a point, from 0 to 1: it falls to 0 with distance
-    /// and with the angle between normals, so that no edge of a record shows.
-    pub fn weight(&self, point: DVec3, normal: DVec3) -> f64 {
-        let away = point - self.point;
-        let squared = away.length_squared();
-        let cosine = normal.dot(self.normal);
-        // Also where something is NaN.
-        if !(squared < self.radius * self.radius && cosine > LEAST_COSINE) {
-            return 0.0;
-        }
-        let height = away.dot(self.normal + normal) * 0.5;
-        if height < -BELOW * self.radius || height > ABOVE * self.radius {
-            return 0.0;
-        }
-        let near = 1.0 - squared.sqrt() / self.radius;
-        let alike = 1.0 - ((1.0 - cosine).max(0.0) / (1.0 - LEAST_COSINE)).sqrt();
-        near.min(alike).max(0.0)
-    }
-}
 
 /// Records and a tree of boxes around what they serve.
 #[derive(Clone, Debug, Default)]
@@ -109,8 +76,9 @@ impl Irradiance {
         let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for number in &order[range.clone()] {
             let record = &self.records[*number as usize];
-            min = min.min(record.point - record.radius);
-            max = max.max(record.point + record.radius);
+            let extent = record.half_extent();
+            min = min.min(record.point - extent);
+            max = max.max(record.point + extent);
         }
         let place = self.nodes.len();
         let is_leaf = range.len() <= LEAF;
@@ -155,39 +123,17 @@ impl Irradiance {
         }
     }
 
-    /// Visits the records that lie in what another serves and face alike.
-    pub fn within(&self, of: &IrradianceRecord, mut found: impl FnMut(&IrradianceRecord)) {
-        let squared = of.radius * of.radius;
-        let mut at = 0;
-        while let Some(node) = self.nodes.get(at) {
-            let nearest = of.point.clamp(node.min, node.max);
-            if (nearest - of.point).length_squared() > squared {
-                at = node.next as usize;
-                continue;
-            }
-            at += 1;
-            let (first, count) = (node.first as usize, node.count as usize);
-            for number in &self.order[first..first + count] {
-                let other = &self.records[*number as usize];
-                let near = (other.point - of.point).length_squared() < squared;
-                if near && other.normal.dot(of.normal) > LEAST_COSINE {
-                    found(other);
-                }
-            }
-        }
-    }
-
     /// Interpolates between the records that serve a point; `None` if there is none.
     pub fn at(&self, point: DVec3, normal: DVec3) -> Option<Rgb> {
         let (mut sum, mut weights) = ([0.0_f64; 3], 0.0);
         self.visit(point, normal, |number, weight| {
-            let light = self.records[number as usize].light;
+            let light = self.records[number as usize].at(point, normal);
             weights += weight;
             for k in 0..3 {
-                sum[k] += weight * f64::from(light[k]);
+                sum[k] += weight * light[k];
             }
         });
-        (weights > 0.0).then(|| sum.map(|sum| (sum / weights) as f32))
+        (weights > 0.0).then(|| sum.map(|sum| (sum / weights).max(0.0) as f32))
     }
 
     /// Says whether a point needs no further record.
@@ -210,7 +156,7 @@ impl Irradiance {
 pub enum UseMode {
     /// They look where it has no records.
     Probe,
-    /// They take its light for right.
+    /// They take its light for right where they come from the camera or from mirrors.
     Final,
     /// They take its light, and some look how right it is.
     Control,
@@ -303,13 +249,12 @@ impl PathTracer<'_> {
     /// The least weight of a record at points that need no other.
     pub const SERVED: f64 = 0.25;
 
-    /// Takes the indirect light of a step's Lambertian lobes from a cache, where paths have come
-    /// from the camera or from mirrors.
+    /// Takes the indirect light of a step's Lambertian lobes from a cache, where its use says so.
     pub(super) fn take_cached(
         &self,
         cache: &CacheUse,
         (wave, buffer): (&Paths, &HitBuffer),
-        (look, spot): (&Look, &Spot),
+        (look, spot, depth): (&Look, &Spot, u32),
         cached: &mut CacheColumns,
         survives: impl Fn() -> Singles,
     ) -> Taken {
@@ -320,11 +265,13 @@ impl PathTracer<'_> {
         let looks = look.bsdf.looks();
         let albedo = look.bsdf.lambert(&looks, spot.eta, spot.out_local);
         let some = albedo[0].max(albedo[1]).max(albedo[2]).gt(Singles::zero());
+        // Records are of paths that go on from what is seen directly.
+        let is_far_enough = depth == 0 || self.max_depth - depth >= LEFT_DEPTH;
         let comes = |i: usize| {
             let ray = spot.rays[i] as usize;
             let is_seen = wave.pdf[ray] == f32::INFINITY;
             let fits = match cache.mode {
-                UseMode::Final => is_seen,
+                UseMode::Final => is_seen && is_far_enough,
                 // What is seen keeps its own light, whose noise the cache would not lessen.
                 UseMode::Control => !is_seen,
                 UseMode::Probe => true,

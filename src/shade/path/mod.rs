@@ -20,7 +20,9 @@ mod shadows;
 mod spot;
 mod state;
 
-pub use cache::{CacheUse, Irradiance, IrradianceRecord, Missed, UseMode};
+pub use cache::{
+    CacheUse, Irradiance, IrradianceRecord, Missed, SECTORS, UseMode, sector_direction,
+};
 pub use first_met::FirstMet;
 pub use ground::Ground;
 pub use layers::{LIGHT_LAYERS, LayerPlan, LayerSlots};

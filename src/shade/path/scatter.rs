@@ -89,10 +89,11 @@ impl PathTracer<'_> {
             .sample(&looks, spot.eta, spot.out_local, [u, v], lobe);
         let mut onward = None;
         if let Some(cache) = &self.cache {
-            let taken = self.take_cached(cache, (wave, buffer), (look, &spot), cached, || {
-                let [.., survives] = self.sampler.pad(keys, samples, 3 + 2 * depth);
-                survives
-            });
+            let taken =
+                self.take_cached(cache, (wave, buffer), (look, &spot, depth), cached, || {
+                    let [.., survives] = self.sampler.pad(keys, samples, 3 + 2 * depth);
+                    survives
+                });
             if is_probe {
                 // What is scattered once more is looked at, too, where paths will ask there.
                 spot.lanes &= match depth < cache.probe_depth {

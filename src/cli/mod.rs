@@ -12,6 +12,7 @@ mod args;
 mod bench;
 mod compare;
 mod cpu;
+mod denoise;
 mod error;
 mod export;
 mod extremes;

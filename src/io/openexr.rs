@@ -14,6 +14,7 @@
 //! | geometric_normal, camera_normal | `geometric_normal.X` … | FLOAT |
 //! | uv | `uv.U` `uv.V` | FLOAT |
 //! | variance | `variance.R` `.G` `.B` | FLOAT |
+//! | a denoiser's guides | `denoising_albedo.R` …, `denoising_normal.X` … | FLOAT |
 //! | layers of light | `diffuse_direct.R` …, `light_GROUP.R` … | FLOAT |
 //! | Cryptomattes | `CryptoObject00.R` … (`mattes.rs`) | FLOAT |
 //!
@@ -109,7 +110,11 @@ fn channels(picture: &Picture, content: Content) -> Vec<AnyChannel<FlatSamples>>
         triple("variance.", ["R", "G", "B"], variance);
     }
     for layer in &picture.layers {
-        triple(&format!("{}.", layer.name), ["R", "G", "B"], &layer.color);
+        let components = match layer.name == "denoising_normal" {
+            true => ["X", "Y", "Z"],
+            false => ["R", "G", "B"],
+        };
+        triple(&format!("{}.", layer.name), components, &layer.color);
     }
     if let Some(uv) = &picture.uv {
         for (k, name) in ["uv.U", "uv.V"].iter().enumerate() {

@@ -6,13 +6,14 @@ use super::paths::TileSums;
 use super::{AovSet, Picture};
 use crate::io::{Layer, Matte};
 use crate::scene::{Rgb, Scene};
-use crate::shade::path::LIGHT_LAYERS;
+use crate::shade::path::{GUIDES, LIGHT_LAYERS};
 use std::collections::TryReserveError;
 
 /// The name of the layer of lights without a group.
 const UNGROUPED: &str = "ungrouped";
 
-/// Lists the layers of light that a picture keeps: numbers of the integrator's layers, and names.
+/// Lists the layers of light that a picture keeps, and a denoiser's guides: numbers of the
+/// integrator's layers, and names.
 fn layers(aovs: &AovSet, scene: &Scene) -> Vec<(usize, String)> {
     let asked = (0..).zip(aovs.light_layers());
     let asked = asked.filter(|(_, is)| *is);
@@ -20,12 +21,16 @@ fn layers(aovs: &AovSet, scene: &Scene) -> Vec<(usize, String)> {
         .map(|(k, _)| (k, LIGHT_LAYERS[k].to_string()))
         .collect();
     let groups = scene.light_groups.names();
+    let mut next = LIGHT_LAYERS.len();
     if aovs.light_groups && groups.len() > 0 {
         let names = groups
             .chain([UNGROUPED])
             .map(|name| format!("light_{name}"));
-        all.extend((LIGHT_LAYERS.len()..).zip(names));
+        all.extend((next..).zip(names));
+        next += scene.light_groups.names().len() + 1;
     }
+    let guides = (next..).zip(GUIDES).zip(aovs.guides());
+    all.extend(guides.filter_map(|((k, name), is)| is.then(|| (k, name.to_string()))));
     all
 }
 

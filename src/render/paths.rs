@@ -79,10 +79,12 @@ impl PathPicture {
             _ => return None,
         };
         let samples = config.samples();
-        let layers = config.aovs.any_of_light().then(|| {
+        let has_guides = config.aovs.any_of_guides();
+        let has_layers = config.aovs.any_of_light() || has_guides;
+        let layers = has_layers.then(|| {
             let bodies = luminaires.materials(scene, &view.world.instances);
-            let by_group = config.aovs.light_groups;
-            LayerPlan::new(scene, (&luminaires, &bodies), view.lights.len(), by_group)
+            let kept = (config.aovs.light_groups, has_guides);
+            LayerPlan::new(scene, (&luminaires, &bodies), view.lights.len(), kept)
         });
         let media = MediaField::of(scene, &view.world.instances, &materials, view.camera.eye);
         let backdrop = match config.backdrop {
@@ -228,8 +230,8 @@ impl PathTile<'_> {
         };
         let mut cache = ShadowCache::new(self.config.shadow_cache);
         let scratch = &mut PathScratch::new(arena, trace, self.picture.kinds());
-        if layers > 0 {
-            scratch.keep_layers(pixels, layers, arena);
+        if let Some(plan) = &self.picture.layers {
+            scratch.keep_layers(pixels, plan, arena);
         }
         if has_mattes {
             scratch.keep_first_met(pixels, arena);

@@ -170,7 +170,7 @@ fn render_tiles(
     on_tile: &(dyn Fn(FinishedTile) + Sync),
 ) -> Result<Rendered, RenderError> {
     let aovs = &config.aovs;
-    let of_stills = aovs.any_of_light() || aovs.any_of_mattes() || aovs.variance;
+    let of_stills = !aovs.of_paths().is_empty();
     if slices.is_some() && of_stills || config.caching.is_some() && aovs.any_of_light() {
         return Err(RenderError::Outputs);
     }

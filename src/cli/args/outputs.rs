@@ -13,8 +13,8 @@ pub struct OutputArgs {
     /// view axis), distance, position, normal, geometric_normal, camera_normal, uv (barycentric),
     /// albedo, instance_id, primitive_id. Of paths: variance; layers of light, diffuse_direct,
     /// diffuse_indirect, specular_direct, specular_indirect, emission, environment, light_groups;
-    /// Cryptomattes, crypto_object, crypto_material, crypto_instance. And samples, their number;
-    /// or all
+    /// Cryptomattes, crypto_object, crypto_material, crypto_instance; a denoiser's guides,
+    /// denoising_albedo, denoising_normal. And samples, their number; or all
     #[arg(long, value_name = "NAMES", value_parser = parse_aovs)]
     pub aov: Option<AovChoice>,
     /// Ids that each pixel of a Cryptomatte has room for
@@ -25,6 +25,10 @@ pub struct OutputArgs {
     /// depth, position, normal, albedo, ids and samples, else none
     #[arg(long, value_name = "WHAT", default_value = "auto", value_parser = parse_told)]
     pub metadata: Told,
+    /// Write the picture without noise, too, as NAME.denoised beside it: of paths, by Open Image
+    /// Denoise, with --features denoise of the program
+    #[arg(long, conflicts_with = "samples")]
+    pub denoise: bool,
 }
 
 /// The outputs of `--aov`.

@@ -27,6 +27,9 @@ pub struct AovSet {
     pub crypto_object: bool,
     pub crypto_material: bool,
     pub crypto_instance: bool,
+    /// A denoiser's guides: what samples meet first behind mirrors and smooth glass.
+    pub denoising_albedo: bool,
+    pub denoising_normal: bool,
 }
 
 impl AovSet {
@@ -54,6 +57,8 @@ impl AovSet {
         crypto_object: false,
         crypto_material: false,
         crypto_instance: false,
+        denoising_albedo: false,
+        denoising_normal: false,
     };
 
     /// Whether the set has an AOV.
@@ -91,6 +96,16 @@ impl AovSet {
     /// Whether the set has a layer of light, or of groups of lights.
     pub fn any_of_light(&self) -> bool {
         self.light_groups || self.light_layers().contains(&true)
+    }
+
+    /// Says which of a denoiser's guides are in the set, in the order of their names.
+    pub fn guides(&self) -> [bool; 2] {
+        [self.denoising_albedo, self.denoising_normal]
+    }
+
+    /// Whether the set has a guide of a denoiser.
+    pub fn any_of_guides(&self) -> bool {
+        self.guides().contains(&true)
     }
 
     /// Whether the set has an output beyond colour, depth, position, normal, albedo, ids and
@@ -141,7 +156,7 @@ impl AovSet {
     const FIRST_OF_PATHS: usize = 11;
 
     /// The names of the AOVs, as `--aov` takes them.
-    pub const NAMES: [&str; 22] = [
+    pub const NAMES: [&str; 24] = [
         "depth",
         "position",
         "normal",
@@ -164,6 +179,8 @@ impl AovSet {
         "crypto_object",
         "crypto_material",
         "crypto_instance",
+        "denoising_albedo",
+        "denoising_normal",
     ];
 
     /// Adds the AOV called `name`; returns false if there is none of this name.
@@ -191,6 +208,8 @@ impl AovSet {
             "crypto_object" => &mut self.crypto_object,
             "crypto_material" => &mut self.crypto_material,
             "crypto_instance" => &mut self.crypto_instance,
+            "denoising_albedo" => &mut self.denoising_albedo,
+            "denoising_normal" => &mut self.denoising_normal,
             _ => return false,
         };
         *one = true;

@@ -8,6 +8,7 @@
 //! being that of lights without a group. Nothing here is made unless it was asked for.
 
 use super::Slot;
+use super::guides::GUIDES;
 use super::luminaires::Luminaires;
 use crate::light::emitter::Emitters;
 use crate::scene::{Lit, MaterialId, Rgb, Tables};
@@ -35,6 +36,8 @@ pub(super) const ENVIRONMENT: usize = 5;
 pub struct LayerPlan {
     /// Number of layers of groups, that of lights without a group last; 0 if none are kept.
     groups: usize,
+    /// Whether the last layers are a denoiser's guides.
+    has_guides: bool,
     /// By emitter, and by material.
     of_emitter: Vec<u32>,
     of_material: Vec<u32>,
@@ -42,12 +45,13 @@ pub struct LayerPlan {
 }
 
 impl LayerPlan {
-    /// Plans the layers of light, and those of groups if the scene has some and `by_group`.
+    /// Plans the layers of light, those of groups if the scene has some and `by_group`, and a
+    /// denoiser's guides if `has_guides`.
     pub fn new(
         scene: &Tables,
         (luminaires, emitter_materials): (&Luminaires, &[(u32, MaterialId)]),
         lights: usize,
-        by_group: bool,
+        (by_group, has_guides): (bool, bool),
     ) -> LayerPlan {
         let names = scene.light_groups.names().len() as u32;
         let by_group = by_group && names > 0;
@@ -67,6 +71,7 @@ impl LayerPlan {
         }
         LayerPlan {
             groups: if by_group { names as usize + 1 } else { 0 },
+            has_guides,
             of_emitter,
             of_material,
             sky: of(Lit::Environment),
@@ -75,7 +80,14 @@ impl LayerPlan {
 
     /// Returns the number of layers.
     pub fn count(&self) -> usize {
-        LIGHT_LAYERS.len() + self.groups
+        let guides = if self.has_guides { GUIDES.len() } else { 0 };
+        LIGHT_LAYERS.len() + self.groups + guides
+    }
+
+    /// Returns the number of the first of a denoiser's guides, if they are kept.
+    pub fn guides(&self) -> Option<usize> {
+        let first = LIGHT_LAYERS.len() + self.groups;
+        self.has_guides.then_some(first)
     }
 
     /// Returns the group of what shines of a material.
@@ -155,6 +167,11 @@ impl<'b> LayerSlots<'b> {
     /// Lists the layers' rows, each one a pixel.
     pub fn layers(&self) -> impl Iterator<Item = &[Slot]> {
         self.rows.chunks(self.pixels)
+    }
+
+    /// Sets a pixel of a layer.
+    pub(super) fn set(&mut self, layer: usize, pixel: u32, [r, g, b]: Rgb) {
+        self.rows[layer * self.pixels + pixel as usize] = [r, g, b, 0.0];
     }
 
     fn put(&mut self, layer: usize, pixel: u32, light: Rgb) {

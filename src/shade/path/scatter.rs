@@ -312,6 +312,14 @@ impl PathTracer<'_> {
         if let Some(open) = &mut paths.open {
             keep(open, &[false; STEP], rows);
         }
+        if let (Some(guiding), Some(before)) = (&mut paths.guiding, &wave.guiding) {
+            let goes_on = look.bsdf.only_delta;
+            let weights = spot.rays.map(|ray| match goes_on {
+                true => before[ray as usize],
+                false => 0.0,
+            });
+            keep(guiding, &weights, rows);
+        }
         paths.rays.weight.push_some(weight, rows);
         paths.normal.push_some(normal, rows);
         keep(&mut paths.pdf, &pdfs, rows);
@@ -347,6 +355,9 @@ impl PathTracer<'_> {
         }
         if let (Some(open), Some(before)) = (&mut next.open, &wave.open) {
             keep(open, &of.map(|ray| before[ray]), rows);
+        }
+        if let (Some(guiding), Some(before)) = (&mut next.guiding, &wave.guiding) {
+            keep(guiding, &of.map(|ray| before[ray]), rows);
         }
         next.rays.weight.push_some(spot.passing, rows);
         next.push_onward(wave.onward(&spot.rays), rows);

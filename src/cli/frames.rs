@@ -13,7 +13,7 @@ use super::output::{Results, check_destinations, printable_line};
 use super::pipeline::{Prepared, complete, load, named, of_camera, structure, warn_of_losses};
 use super::progress::{Drawing, rate};
 use super::scene::pick_camera;
-use super::{ground, interrupt, metadata, shutter};
+use super::{ground, interrupt, metadata, motion, shutter};
 use crate::accel::{KeptTrees, RefitOutcome, WORST_REFIT, World};
 use crate::io::{AovSet, Development, LoadError, picture_files};
 use crate::measure::{FrameStats, Stats, Watch};
@@ -70,6 +70,7 @@ pub fn run(
     warn_of_losses(&loaded, &config);
     stats.picture.spp = config.spp;
     let asked_aovs = config.aovs;
+    let config = motion::rendered(config);
     let config = match &denoiser {
         Some(denoiser) => denoiser.rendered(config)?,
         None => config,
@@ -157,6 +158,15 @@ pub fn run(
             aovs: asked_aovs,
             ..config.clone()
         };
+        let shown = motion::Shown {
+            scene: &scene,
+            instances: &instances,
+            camera: view.camera,
+            camera_row,
+            time: middle,
+            step,
+        };
+        shown.add_vectors(&mut rendered.picture, &of_asked, &name)?;
         rendered.picture.metadata = metadata::of(
             args.outputs.metadata,
             (&of_asked, &view.camera, scene_path),

@@ -23,6 +23,7 @@ mod measure;
 mod memory;
 mod merge;
 mod metadata;
+mod motion;
 mod output;
 mod part;
 mod pipeline;

@@ -7,7 +7,7 @@ use super::output::{Results, check_destinations, complain, printable_line};
 use super::pipeline::{complete, load, named, of_camera, warn_of_losses};
 use super::progress::rate;
 use super::scene::pick_camera;
-use super::{frames, ground, interrupt, memory, metadata, part, shutter};
+use super::{frames, ground, interrupt, memory, metadata, motion, part, shutter};
 use crate::io::{LoadError, picture_files};
 use crate::measure::{PictureSize, Stats, Watch};
 use crate::render::{
@@ -73,6 +73,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     stats.picture.spp = config.spp;
     (stats.picture.width, stats.picture.height) = (config.width, config.height);
     let asked = config.aovs;
+    let config = motion::rendered(config);
     let config = match &denoiser {
         Some(denoiser) => denoiser.rendered(config)?,
         None => config,
@@ -105,6 +106,8 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
         aovs: asked,
         ..config
     };
+    let shown = motion::Shown::of(&prepared, &config);
+    shown.add_vectors(&mut picture, &config, named(path))?;
     picture.metadata = metadata::of(
         args.outputs.metadata,
         (&config, &prepared.camera, path),

@@ -81,6 +81,8 @@ pub fn bytes(width: u32, height: u32, aovs: AovSet, matte_ranks: u32) -> u64 {
         + of(aovs.geometric_normal, size_of::<[f32; 3]>())
         + of(aovs.camera_normal, size_of::<[f32; 3]>())
         + of(aovs.uv, size_of::<[f32; 2]>())
+        + of(aovs.vector, size_of::<[f32; 4]>())
+        + of(aovs.motion, size_of::<[f32; 4]>())
         + of(aovs.variance, size_of::<[f32; 3]>());
     let layers = aovs.light_layers().into_iter().chain(aovs.guides());
     let layers = layers.map(|is| of(is, size_of::<Rgb>()));

@@ -11,7 +11,8 @@ use clap::{Args, value_parser};
 pub struct OutputArgs {
     /// Additional outputs, separated by commas. Of what the pixel's centre shows: depth (along the
     /// view axis), distance, position, normal, geometric_normal, camera_normal, uv (barycentric),
-    /// albedo, instance_id, primitive_id. Of paths: variance; layers of light, diffuse_direct,
+    /// albedo, instance_id, primitive_id; vector and motion (where it was and will be, as Blender and
+    /// as Nuke have it). Of paths: variance; layers of light, diffuse_direct,
     /// diffuse_indirect, specular_direct, specular_indirect, emission, environment, light_groups;
     /// Cryptomattes, crypto_object, crypto_material, crypto_instance; a denoiser's guides,
     /// denoising_albedo, denoising_normal. And samples, their number; or all

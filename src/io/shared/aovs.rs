@@ -14,6 +14,9 @@ pub struct AovSet {
     pub geometric_normal: bool,
     pub camera_normal: bool,
     pub uv: bool,
+    /// Motion vectors as Blender has them, and as Nuke has them; what makes them asks for hits.
+    pub vector: bool,
+    pub motion: bool,
     pub variance: bool,
     pub diffuse_direct: bool,
     pub diffuse_indirect: bool,
@@ -46,6 +49,8 @@ impl AovSet {
         geometric_normal: false,
         camera_normal: false,
         uv: false,
+        vector: false,
+        motion: false,
         variance: false,
         diffuse_direct: false,
         diffuse_indirect: false,
@@ -96,6 +101,11 @@ impl AovSet {
     /// Whether the set has a layer of light, or of groups of lights.
     pub fn any_of_light(&self) -> bool {
         self.light_groups || self.light_layers().contains(&true)
+    }
+
+    /// Whether the set has motion vectors.
+    pub fn any_of_motion(&self) -> bool {
+        self.vector || self.motion
     }
 
     /// Says which of a denoiser's guides are in the set, in the order of their names.
@@ -153,10 +163,10 @@ impl AovSet {
     }
 
     /// The first of the names that only paths have.
-    const FIRST_OF_PATHS: usize = 11;
+    const FIRST_OF_PATHS: usize = 13;
 
     /// The names of the AOVs, as `--aov` takes them.
-    pub const NAMES: [&str; 24] = [
+    pub const NAMES: [&str; 26] = [
         "depth",
         "position",
         "normal",
@@ -168,6 +178,8 @@ impl AovSet {
         "geometric_normal",
         "camera_normal",
         "uv",
+        "vector",
+        "motion",
         "variance",
         "diffuse_direct",
         "diffuse_indirect",
@@ -197,6 +209,8 @@ impl AovSet {
             "geometric_normal" => &mut self.geometric_normal,
             "camera_normal" => &mut self.camera_normal,
             "uv" => &mut self.uv,
+            "vector" => &mut self.vector,
+            "motion" => &mut self.motion,
             "variance" => &mut self.variance,
             "diffuse_direct" => &mut self.diffuse_direct,
             "diffuse_indirect" => &mut self.diffuse_indirect,

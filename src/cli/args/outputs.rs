@@ -71,24 +71,18 @@ impl OutputArgs {
                 "one sample has no variance; ask for --spp 2 or more, or leave it out".into(),
             ));
         }
-        let mut parts = aovs.of_paths();
-        parts.extend(aovs.variance.then_some("variance"));
-        let is_blurred = config.shutter.is_some();
-        if let (true, Some(part)) = (is_blurred, parts.first()) {
-            return Err(CliError::Usage(format!(
-                "{part} is not kept of pictures with an open shutter; leave it out, or ask for \
-                 --shutter 0"
-            )));
-        }
-        if config.caching.is_some() && aovs.any_of_light() {
+        let is_cached = config.caching.is_some();
+        if is_cached && aovs.light_groups {
             return Err(CliError::Usage(
-                "a cache of light does not tell layers of light apart; leave them out, or --cache"
+                "a cache of light does not tell groups of lights apart; leave light_groups out, or \
+                 --cache"
                     .into(),
             ));
         }
         if choice.all {
-            aovs.add_all(paths && !is_blurred && config.caching.is_none());
-            aovs.variance &= halves && !is_blurred;
+            aovs.add_all(paths);
+            aovs.variance &= halves;
+            aovs.light_groups &= !is_cached;
         }
         Ok(RenderConfig { aovs, ..config })
     }

@@ -78,6 +78,11 @@ impl LayerPlan {
         }
     }
 
+    /// Says whether groups, and a denoiser's guides, are kept.
+    pub fn kept(&self) -> (bool, bool) {
+        (self.groups > 0, self.has_guides)
+    }
+
     /// Returns the number of layers.
     pub fn count(&self) -> usize {
         let guides = if self.has_guides { GUIDES.len() } else { 0 };
@@ -88,6 +93,11 @@ impl LayerPlan {
     pub fn guides(&self) -> Option<usize> {
         let first = LIGHT_LAYERS.len() + self.groups;
         self.has_guides.then_some(first)
+    }
+
+    /// Returns the group of light of which nobody knows where it comes from.
+    pub(super) fn unknown(&self) -> u32 {
+        self.groups.saturating_sub(1) as u32
     }
 
     /// Returns the group of what shines of a material.
@@ -125,6 +135,19 @@ impl Trail {
                 ..*self
             },
         }
+    }
+
+    /// Returns the way after a cache has given a part of the light of the first scattering's diffuse
+    /// lobe, with the factors of what is found later: what is missing there is diffuse.
+    pub(super) fn without_cached(&self, onward: Rgb) -> Trail {
+        if self.scattered != 1 {
+            return *self;
+        }
+        let diffuse = std::array::from_fn(|k| match onward[k] > 0.0 {
+            true => ((self.diffuse[k] - (1.0 - onward[k])) / onward[k]).clamp(0.0, 1.0),
+            false => self.diffuse[k],
+        });
+        Trail { diffuse, ..*self }
     }
 }
 

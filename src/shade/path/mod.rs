@@ -510,7 +510,7 @@ impl PathTracer<'_> {
             );
             first += same;
         }
-        scratch.cached.add_to(film.slots);
+        scratch.cached.add_to(film, self.layers);
         next.rays.complete(f32::INFINITY, RayKind::Reflection);
         self.add_light(
             &mut scratch.lights,

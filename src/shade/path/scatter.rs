@@ -204,7 +204,7 @@ impl PathTracer<'_> {
             let (share, delta) = (shares(share), light.delta.bits());
             let emitters = light.emitter.as_ref();
             let all: [LayerKey; STEP] = std::array::from_fn(|i| LayerKey {
-                trail: wave.trail(spot.rays[i]).after(share[i]),
+                trail: wave.trail_on(spot.rays[i]).after(share[i]),
                 group: match (far & !delta) >> i & 1 {
                     0 => plan.of_emitter(emitters[i]),
                     _ => SKY,
@@ -300,9 +300,9 @@ impl PathTracer<'_> {
                 .diffuse_share(&looks, spot.eta, spot.out_local, into);
             let share = shares(share);
             let all: [_; STEP] = std::array::from_fn(|i| {
-                let before = wave.trail(spot.rays[i]);
+                let before = wave.trail_on(spot.rays[i]);
                 match (straight >> i & 1, delta >> i & 1) {
-                    (1, _) => before,
+                    (1, _) => wave.trail(spot.rays[i]),
                     (_, 1) => before.after([0.0; 3]),
                     _ => before.after(share[i]),
                 }

@@ -68,6 +68,15 @@ impl<'b> Paths<'b> {
         trails.map_or_else(Trail::default, |trails| trails[ray as usize])
     }
 
+    /// Returns the way of a path that is scattered again, of which a cache may have given a part.
+    pub fn trail_on(&self, ray: u32) -> Trail {
+        let trail = self.trail(ray);
+        match (&self.onward, &self.trails) {
+            (Some(onward), Some(_)) => trail.without_cached(onward.row(ray as usize)),
+            _ => trail,
+        }
+    }
+
     /// Returns where a path was last scattered.
     pub fn origin(&self, ray: usize) -> DVec3 {
         DVec3::from_array(match &self.origin {

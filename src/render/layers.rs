@@ -111,16 +111,19 @@ fn mean(sum: [f64; 4], count: u32) -> Rgb {
 }
 
 /// Returns the variance of the mean of samples, by their sum and that of the first half, with their
-/// numbers: (A - B)²/4 of the means A and B of the first half and of the rest; 0 of a single sample,
-/// which tells none.
+/// numbers: (A - B)² a b / (a + b)² of the means A and B of the a samples of the first half and the b
+/// of the rest, which is (A - B)²/4 of halves; 0 of a single sample, which tells none. Samples of
+/// variance s give (A - B)² the mean s/a + s/b, and the mean of all has s/(a + b).
 pub fn variance((all, count): ([f64; 4], u32), (half, halves): ([f64; 4], u32)) -> Rgb {
     let rest = count - halves;
     if rest == 0 || halves == 0 {
         return [0.0; 3];
     }
+    let [a, b, n] = [halves, rest, count].map(f64::from);
+    let share = a * b / (n * n);
     std::array::from_fn(|k| {
         let apart = half[k] / f64::from(halves) - (all[k] - half[k]) / f64::from(rest);
-        finite(apart * apart / 4.0)
+        finite(apart * apart * share)
     })
 }
 
@@ -202,7 +205,7 @@ mod tests {
         // Halves 1 and 2: the mean is 1.5 ± 0.5.
         assert_eq!(of(3.0, 1.0, 2), 0.25);
         // One sample of 1, and two of the mean 2.
-        assert_eq!(of(5.0, 1.0, 3), 0.25);
+        assert_eq!(of(5.0, 1.0, 3), (2.0 / 9.0) as f32);
         assert_eq!(of(f64::NAN, 1.0, 4), 0.0);
         assert_eq!(of(f64::INFINITY, 1.0, 4), f32::MAX);
     }

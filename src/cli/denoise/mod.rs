@@ -77,15 +77,10 @@ impl Denoiser {
         threads: Option<u32>,
     ) -> Result<(Picture, Denoised), CliError> {
         let [albedo, normal, emission] = NEEDED.map(|name| taken(picture, asked, name));
-        let below = |k: usize| {
-            let color = picture.color.iter().zip(&emission);
-            color.map(move |(color, shines)| (color[k] - shines[k]).max(0.0))
+        let less = |(color, shines): (&Rgb, &Rgb)| -> Rgb {
+            std::array::from_fn(|k| (color[k] - shines[k]).max(0.0))
         };
-        let scattered: Vec<Rgb> = below(0)
-            .zip(below(1))
-            .zip(below(2))
-            .map(|((r, g), b)| [r, g, b])
-            .collect();
+        let scattered: Vec<Rgb> = picture.color.iter().zip(&emission).map(less).collect();
         let brightest = emission
             .as_flattened()
             .iter()
@@ -119,6 +114,8 @@ impl Denoiser {
         });
         let library = format!("Open Image Denoise {version}");
         let mut metadata = picture.metadata.clone();
+        // Noise is the other picture's.
+        metadata.retain(|(name, _)| name != "MSE" && name != "noise");
         let label = format!("{library}; its bits depend on the machine");
         metadata.push(("denoised".into(), Attribute::Text(label)));
         let filtered = Picture {

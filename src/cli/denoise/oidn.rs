@@ -8,7 +8,7 @@ use crate::scene::Rgb;
 use libloading::Symbol;
 use std::ffi::{CStr, c_char, c_int, c_void};
 use std::path::{Path, PathBuf};
-use std::ptr::{null, null_mut};
+use std::ptr::null;
 
 /// `OIDN_DEVICE_TYPE_CPU`, and `OIDN_FORMAT_FLOAT3`.
 const CPU: c_int = 1;
@@ -201,7 +201,7 @@ impl<'l> Device<'l> {
 
 impl Drop for Device<'_> {
     fn drop(&mut self) {
-        if self.handle == null_mut() {
+        if self.handle.is_null() {
             return;
         }
         if let Ok(release) = self.library.function::<Act>("oidnReleaseDevice") {

@@ -7,12 +7,13 @@
 //! function of its number, so that noise does not stand still.
 
 use super::args::RenderArgs;
+use super::denoise::{self, Denoiser};
 use super::error::CliError;
 use super::output::{Results, check_destinations, printable_line};
 use super::pipeline::{Prepared, complete, load, named, of_camera, structure, warn_of_losses};
 use super::progress::{Drawing, rate};
 use super::scene::pick_camera;
-use super::{ground, interrupt, metadata, shutter};
+use super::{ground, interrupt, metadata, motion, shutter};
 use crate::accel::{KeptTrees, RefitOutcome, WORST_REFIT, World};
 use crate::io::{AovSet, Development, LoadError, picture_files};
 use crate::measure::{FrameStats, Stats, Watch};
@@ -33,9 +34,13 @@ pub fn run(
     let progress = interrupt::watch();
     let paths: Vec<PathBuf> = (0..frames).map(|i| numbered(output, i)).collect();
     let files = paths.iter().map(|path| files(path, config.aovs));
-    let files: Vec<PathBuf> = files.collect::<Result<Vec<_>, _>>()?.concat();
+    let mut files: Vec<PathBuf> = files.collect::<Result<Vec<_>, _>>()?.concat();
+    if args.outputs.denoise {
+        files.extend(paths.iter().map(|path| denoise::beside(path)));
+    }
     let inputs: Vec<&Path> = args.scene.as_deref().into_iter().collect();
     let outputs = check_destinations(&inputs, &files, args.common.sinks())?;
+    let denoiser = Denoiser::load(args.outputs.denoise)?;
     interrupt::check(&progress)?;
 
     let mut watch = Watch::start();
@@ -64,6 +69,12 @@ pub fn run(
     };
     warn_of_losses(&loaded, &config);
     stats.picture.spp = config.spp;
+    let asked_aovs = config.aovs;
+    let config = motion::rendered(config);
+    let config = match &denoiser {
+        Some(denoiser) => denoiser.rendered(config)?,
+        None => config,
+    };
     let (development, config) = args.development.complete(*development, output, config);
     let (development, config) = (&development, &config);
     let prepared = complete(loaded, named(scene), config, &mut watch, &mut stats)?;
@@ -143,15 +154,36 @@ pub fn run(
             stages: stats.stages[first..].to_vec(),
             ..Stats::default()
         };
+        let of_asked = RenderConfig {
+            aovs: asked_aovs,
+            ..config.clone()
+        };
+        let shown = motion::Shown {
+            scene: &scene,
+            instances: &instances,
+            camera: view.camera,
+            camera_row,
+            time: middle,
+            step,
+        };
+        shown.add_vectors(&mut rendered.picture, &of_asked, &name)?;
         rendered.picture.metadata = metadata::of(
             args.outputs.metadata,
-            (config, &view.camera, scene_path),
+            (&of_asked, &view.camera, scene_path),
             (
                 &rendered.picture,
                 rendered.reached.map(|reached| reached.mean_samples),
             ),
             &of_frame,
         );
+        if let Some(denoiser) = &denoiser {
+            let picture = &mut rendered.picture;
+            let (filtered, how) = denoiser.filter(picture, &asked_aovs, config.threads)?;
+            stats.stages.push(watch.stage("denoise"));
+            stats.denoised = Some(how);
+            let path = denoise::beside(path);
+            filtered.save_into(&path, development, &mut results.outputs)?;
+        }
         rendered
             .picture
             .save_into(path, development, &mut results.outputs)?;

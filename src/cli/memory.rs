@@ -109,12 +109,12 @@ mod tests {
         for name in AovSet::NAMES {
             assert!(config.aovs.add(name));
         }
-        assert_eq!(needed(&config, Bits::Eight, png), (332 + 2 * 320) * pixels);
+        assert_eq!(needed(&config, Bits::Eight, png), (500 + 2 * 320) * pixels);
         assert!(compare(&config, Bits::Eight, png, 1 << 46).is_ok());
         let error = compare(&config, Bits::Eight, png, 24_000_000_000).unwrap_err();
         assert_eq!(error.exit_code(), 3);
         let said = error.to_string();
-        for part in ["16384x16384", "260920 MB", "24000 MB", "--aov", "--size"] {
+        for part in ["16384x16384", "306017 MB", "24000 MB", "--aov", "--size"] {
             assert!(said.contains(part), "{said}");
         }
     }

@@ -1,12 +1,13 @@
 //! `lanecast render`: renders a scene to one picture, or to many (`frames.rs`).
 
 use super::args::RenderArgs;
+use super::denoise::{self, Denoiser};
 use super::error::CliError;
 use super::output::{Results, check_destinations, complain, printable_line};
 use super::pipeline::{complete, load, named, of_camera, warn_of_losses};
 use super::progress::rate;
 use super::scene::pick_camera;
-use super::{frames, ground, interrupt, memory, metadata, part, shutter};
+use super::{frames, ground, interrupt, memory, metadata, motion, part, shutter};
 use crate::io::{LoadError, picture_files};
 use crate::measure::{PictureSize, Stats, Watch};
 use crate::render::{
@@ -42,8 +43,11 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
         .into_iter()
         .map(|(path, _)| path)
         .collect();
+    let mut files = files;
+    files.extend(args.outputs.denoise.then(|| denoise::beside(&picture_path)));
     let inputs: Vec<&Path> = args.scene.as_deref().into_iter().collect();
     let outputs = check_destinations(&inputs, &files, args.common.sinks())?;
+    let denoiser = Denoiser::load(args.outputs.denoise)?;
 
     let progress = interrupt::watch();
     let mut watch = Watch::start();
@@ -68,6 +72,12 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     warn_of_losses(&scene, &config);
     stats.picture.spp = config.spp;
     (stats.picture.width, stats.picture.height) = (config.width, config.height);
+    let asked = config.aovs;
+    let config = motion::rendered(config);
+    let config = match &denoiser {
+        Some(denoiser) => denoiser.rendered(config)?,
+        None => config,
+    };
     memory::check(&config, development.bits, &picture_path)?;
     let (development, config) = (args.development).complete(development, &picture_path, config);
     let prepared = complete(scene, named(path), &config, &mut watch, &mut stats)?;
@@ -92,6 +102,12 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     stats.rays = counts;
     stats.picture.mean_spp = reached.map(|reached| reached.mean_samples);
     stats.stages.push(watch.stage("render"));
+    let config = RenderConfig {
+        aovs: asked,
+        ..config
+    };
+    let shown = motion::Shown::of(&prepared, &config);
+    shown.add_vectors(&mut picture, &config, named(path))?;
     picture.metadata = metadata::of(
         args.outputs.metadata,
         (&config, &prepared.camera, path),
@@ -100,6 +116,13 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     );
 
     let mut results = Results::default();
+    if let Some(denoiser) = &denoiser {
+        let (filtered, how) = denoiser.filter(&mut picture, &asked, config.threads)?;
+        stats.stages.push(watch.stage("denoise"));
+        stats.denoised = Some(how);
+        let path = denoise::beside(&picture_path);
+        filtered.save_into(&path, &development, &mut results.outputs)?;
+    }
     picture.save_into(&picture_path, &development, &mut results.outputs)?;
     stats.stages.push(watch.stage("write"));
     stats.finish();

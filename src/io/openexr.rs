@@ -13,7 +13,10 @@
 //! | distance | `distance` | FLOAT |
 //! | geometric_normal, camera_normal | `geometric_normal.X` … | FLOAT |
 //! | uv | `uv.U` `uv.V` | FLOAT |
+//! | motion vectors, of Blender | `Vector.X` `.Y` `.Z` `.W` | FLOAT |
+//! | motion vectors, of Nuke | `forward.u` `.v`, `backward.u` `.v` | FLOAT |
 //! | variance | `variance.R` `.G` `.B` | FLOAT |
+//! | a denoiser's guides | `denoising_albedo.R` …, `denoising_normal.X` … | FLOAT |
 //! | layers of light | `diffuse_direct.R` …, `light_GROUP.R` … | FLOAT |
 //! | Cryptomattes | `CryptoObject00.R` … (`mattes.rs`) | FLOAT |
 //!
@@ -109,11 +112,31 @@ fn channels(picture: &Picture, content: Content) -> Vec<AnyChannel<FlatSamples>>
         triple("variance.", ["R", "G", "B"], variance);
     }
     for layer in &picture.layers {
-        triple(&format!("{}.", layer.name), ["R", "G", "B"], &layer.color);
+        let components = match layer.name == "denoising_normal" {
+            true => ["X", "Y", "Z"],
+            false => ["R", "G", "B"],
+        };
+        triple(&format!("{}.", layer.name), components, &layer.color);
     }
     if let Some(uv) = &picture.uv {
         for (k, name) in ["uv.U", "uv.V"].iter().enumerate() {
             float(name.to_string(), uv.iter().map(|uv| uv[k]).collect());
+        }
+    }
+    for (names, ways) in [
+        (
+            ["Vector.X", "Vector.Y", "Vector.Z", "Vector.W"],
+            &picture.vector,
+        ),
+        (
+            ["forward.u", "forward.v", "backward.u", "backward.v"],
+            &picture.motion,
+        ),
+    ] {
+        for (k, name) in names.iter().enumerate() {
+            if let Some(ways) = ways {
+                float(name.to_string(), ways.iter().map(|way| way[k]).collect());
+            }
         }
     }
     for (name, values) in picture.mattes.iter().flat_map(Matte::channels) {

@@ -24,6 +24,6 @@ pub mod volumes;
 
 pub use instance_names::{InstanceName, InstanceNames};
 pub use stats::{
-    FrameStats, PictureSize, PlanSummary, SceneCounts, Stage, Stats, Watch, peak_resident_bytes,
-    restart_peak_resident,
+    Denoised, FrameStats, PictureSize, PlanSummary, SceneCounts, Stage, Stats, Watch,
+    peak_resident_bytes, restart_peak_resident,
 };

@@ -21,6 +21,9 @@ pub struct Stats {
     pub rays: RayCounts,
     /// Rays of all kinds per second of the stage `render`.
     pub rays_per_second: f64,
+    /// The denoised picture beside the first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub denoised: Option<Denoised>,
     /// Frames of `render --frames`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub frames: Vec<FrameStats>,
@@ -28,6 +31,15 @@ pub struct Stats {
     pub memory: BTreeMap<String, u64>,
     /// Peak of the whole process; null where the system does not provide it.
     pub peak_resident_bytes: Option<u64>,
+}
+
+/// What a denoised picture is made by.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Denoised {
+    /// Name and version.
+    pub library: String,
+    /// Whether it has one set of bits on all machines, as the first picture has.
+    pub has_equal_bits: bool,
 }
 
 /// Statistics of one frame of a sequence.

@@ -11,11 +11,11 @@
 //! show the noise of independent samples, several times the picture's own.
 
 use super::Picture;
-use super::blur::Blur;
+use super::blur::{Blur, PictureSums};
 use super::camera::RayGenerator;
 use super::config::RenderConfig;
 use super::layers::{LayerFilm, More, PathOutputs, variance};
-use super::paths::{PathPicture, PathTile, TileSums};
+use super::paths::{PathPicture, PathTile};
 use super::pixel_order::{BLOCK, Spot, morton_order};
 use super::progress::Progress;
 use super::sums::plus;
@@ -24,6 +24,7 @@ use crate::shade::RayCounts;
 use crate::shade::path::Slot;
 use crate::trace::ScratchPool;
 use rayon::prelude::*;
+use std::iter::repeat;
 use std::sync::Mutex;
 
 /// When samples are enough.
@@ -59,6 +60,8 @@ pub struct AdaptiveFilm {
     height: u32,
     /// Layers of light and mattes, if they are kept.
     layers: LayerFilm,
+    /// Whether the pixels have halves.
+    has_halves: bool,
     /// Blocks that were too noisy when their pixels had the most samples.
     noisy: usize,
     pub counts: RayCounts,
@@ -75,19 +78,21 @@ pub struct Reached {
 
 impl AdaptiveFilm {
     /// Makes the film of pixels that have collected one number of samples, row by row.
-    pub fn of_sums(sums: &[[f64; 4]], count: u32, width: u32, counts: RayCounts) -> AdaptiveFilm {
-        let pixel = |sum: &[f64; 4]| Pixel {
+    pub fn of_sums(sums: PictureSums, count: u32, width: u32) -> AdaptiveFilm {
+        let halves = sums.halves.iter().copied().chain(repeat([0.0; 4]));
+        let pixel = |(sum, half): (&[f64; 4], [f64; 4])| Pixel {
             sum: *sum,
-            half: [0.0; 4],
+            half,
             count,
         };
         AdaptiveFilm {
-            pixels: sums.iter().map(pixel).collect(),
+            pixels: sums.all.iter().zip(halves).map(pixel).collect(),
             width,
-            height: sums.len() as u32 / width,
-            layers: LayerFilm::default(),
+            height: sums.all.len() as u32 / width,
+            layers: sums.layers,
+            has_halves: !sums.halves.is_empty(),
             noisy: 0,
-            counts,
+            counts: sums.counts,
         }
     }
 
@@ -111,7 +116,7 @@ impl AdaptiveFilm {
     /// Puts what was kept beside the colour into a picture.
     pub fn put(&self, outputs: &PathOutputs, picture: &mut Picture) {
         self.layers.put(outputs, picture, &self.sample_counts());
-        if let Some(column) = &mut picture.variance {
+        if let (Some(column), true) = (&mut picture.variance, self.has_halves) {
             for (row, pixel) in column.iter_mut().zip(&self.pixels) {
                 *row = variance((pixel.sum, pixel.count), (pixel.half, pixel.count / 2));
             }
@@ -144,6 +149,7 @@ pub fn render_adaptively(
         width,
         height,
         layers: LayerFilm::default(),
+        has_halves: true,
         noisy: 0,
         counts: RayCounts::default(),
     };
@@ -180,9 +186,7 @@ pub fn render_adaptively(
                     let Worker { arena, trace } = &mut *worker;
                     let (range, count) = (range.clone(), range.len() as u32);
                     let sums = match blur {
-                        Some(blur) => {
-                            TileSums::of(tile.blurred_sums(blur, range, arena, trace, &mut own))
-                        }
+                        Some(blur) => tile.blurred_sums(blur, range, arena, trace, &mut own),
                         None => tile.sums(range, arena, trace, &mut own),
                     };
                     let pixels = order.iter().map(|spot| {

@@ -8,7 +8,9 @@
 use super::blur_direct::DirectTile;
 use super::camera::RayGenerator;
 use super::config::{Exposure, RenderConfig, TileOrder};
-use super::paths::{NOTHING_YET, PathPicture, PathTile};
+use super::layers::{LayerFilm, More};
+use super::mattes::MetLists;
+use super::paths::{NOTHING_YET, PathPicture, PathTile, TileSums};
 use super::pixel_order::{BLOCK, Spot, morton_order};
 use super::progress::Progress;
 use super::slices::Slices;
@@ -16,7 +18,7 @@ use super::sums::Sums;
 use super::tile::{RenderError, View, Worker};
 use crate::light::sampler::{Kind, Sampler};
 use crate::math::lanes::Words;
-use crate::shade::path::{PathScratch, SampleNumbers, Slot};
+use crate::shade::path::{FirstMet, LayerSlots, PathScratch, SampleNumbers, Slot};
 use crate::shade::{BATCH, RayCounts, STEP, Singles, Statistics};
 use crate::trace::{RayKind, ScratchPool, ShadowCache, TraceScratch};
 use bumpalo::Bump;
@@ -110,7 +112,8 @@ impl<'a> Blur<'a> {
             slices: all,
             sampler: picture.map_or(own, |picture| picture.sampler),
             most_slots: match picture {
-                Some(_) => MOST_SLOTS,
+                // Each layer has slots of its own.
+                Some(picture) => MOST_SLOTS / picture.layers.as_ref().map_or(1, |p| p.count()),
                 None => MOST_DIRECT_SLOTS,
             },
         })
@@ -251,14 +254,33 @@ impl PathTile<'_> {
         arena: &'b Bump,
         trace: &'b mut TraceScratch,
         counts: &mut RayCounts,
-    ) -> Sums<'b> {
+    ) -> TileSums<'b> {
         let pixels = self.order.len();
         let room = blur.room(&samples, pixels);
         let slots: &mut [Slot] = arena.alloc_slice_fill_copy(room, NOTHING_YET);
         let mut groups = Groups::new(room, blur.slices.len(), arena);
-        let mut sums = Sums::new(pixels, arena);
+        let aovs = &self.config.aovs;
+        let middle = aovs.variance.then_some(samples.start.midpoint(samples.end));
+        let layers = self.picture.layers.as_ref().map_or(0, |plan| plan.count());
+        let has_mattes = aovs.any_of_mattes();
+        let mut sums = TileSums {
+            all: Sums::new(pixels, arena),
+            half: None,
+            layers: (0..layers).map(|_| Sums::new(pixels, arena)).collect(),
+            met: has_mattes.then(|| MetLists::new(pixels, arena)),
+        };
+        // Layer by layer, and in a layer as `slots`.
+        let layer_slots: &mut [Slot] = arena.alloc_slice_fill_copy(room * layers, [0.0; 4]);
+        let met_room = if has_mattes { room } else { 0 };
+        let met = arena.alloc_slice_fill_copy(met_room, FirstMet::NOTHING);
         let mut cache = ShadowCache::new(self.config.shadow_cache);
         let scratch = &mut PathScratch::new(arena, trace, self.picture.kinds());
+        if let Some(plan) = &self.picture.layers {
+            scratch.keep_layers(BATCH, plan, arena);
+        }
+        if has_mattes {
+            scratch.keep_first_met(BATCH, arena);
+        }
         // A batch's slots lie together, however far apart its pixels are.
         let batch_slots: &mut [Slot] = arena.alloc_slice_fill_copy(BATCH, NOTHING_YET);
         let numbers = arena.alloc_slice_fill_copy(BATCH, 0);
@@ -287,6 +309,7 @@ impl PathTile<'_> {
                     tile.queue_batch(batch, numbers, scratch);
                     let found = &mut batch_slots[..batch.len()];
                     found.fill(NOTHING_YET);
+                    scratch.clear_outputs();
                     if tile.generator.has_blind_spots() {
                         found.iter_mut().for_each(|slot| slot[3] = 0.0);
                         for row in scratch.queued() {
@@ -295,9 +318,20 @@ impl PathTile<'_> {
                     }
                     let numbers = SampleNumbers::Each(numbers);
                     tracer.run(scratch, numbers, found, &mut cache, statistics);
+                    let place = |of: &PixelSample| {
+                        of.sample() as usize * pixels + self.order[of.spot()].row as usize
+                    };
                     for (slot, of) in found.iter().zip(batch) {
-                        let row = self.order[of.spot()].row as usize;
-                        slots[of.sample() as usize * pixels + row] = *slot;
+                        slots[place(of)] = *slot;
+                    }
+                    let found = scratch.layers().into_iter().flat_map(LayerSlots::layers);
+                    for (slots, found) in layer_slots.chunks_mut(room).zip(found) {
+                        for (slot, of) in found.iter().zip(batch) {
+                            slots[place(of)] = *slot;
+                        }
+                    }
+                    for (first, of) in scratch.first_met().into_iter().flatten().zip(batch) {
+                        met[place(of)] = *first;
                     }
                     counts.add(&statistics.counts);
                 }
@@ -305,8 +339,19 @@ impl PathTile<'_> {
                     return sums;
                 }
             }
-            for slots in slots.chunks(pixels).take(samples.len()) {
-                sums.add(slots);
+            for (number, sample) in samples.enumerate() {
+                if middle == Some(sample) {
+                    sums.half = Some((0..pixels).map(|pixel| sums.all.of(pixel)).collect());
+                }
+                let rows = number * pixels..(number + 1) * pixels;
+                sums.all.add(&slots[rows.clone()]);
+                let layers = layer_slots.chunks(room);
+                for (sum, layer) in sums.layers.iter_mut().zip(layers) {
+                    sum.add(&layer[rows.clone()]);
+                }
+                if let Some(lists) = &mut sums.met {
+                    lists.add(&met[rows]);
+                }
             }
         }
         counts.shadow_cache += cache.counts;
@@ -327,6 +372,15 @@ impl PathTile<'_> {
     }
 }
 
+/// What the samples of a picture add up to, row by row.
+pub struct PictureSums {
+    pub all: Vec<[f64; 4]>,
+    /// Those of the first half of the samples, if the variance is kept.
+    pub halves: Vec<[f64; 4]>,
+    pub layers: LayerFilm,
+    pub counts: RayCounts,
+}
+
 /// Sums a range of the samples of all pixels, row by row, in tiles of a side. `picture` is that of
 /// `view`, if it is one of paths.
 pub fn sum_picture(
@@ -335,17 +389,28 @@ pub fn sum_picture(
     samples: &Range<u32>,
     side: u32,
     progress: &Progress,
-) -> Result<(Vec<[f64; 4]>, RayCounts), RenderError> {
+) -> Result<PictureSums, RenderError> {
     let (width, height) = (config.width, config.height);
     let memory = RenderError::Memory { width, height };
-    let mut sums = Vec::new();
     let pixels = width as usize * height as usize;
-    sums.try_reserve_exact(pixels).map_err(|_| memory)?;
-    sums.resize(pixels, [0.0; 4]);
+    let column = |is_kept: bool| {
+        let mut sums = Vec::new();
+        let rows = if is_kept { pixels } else { 0 };
+        sums.try_reserve_exact(rows).map_err(|_| memory)?;
+        sums.resize(rows, [0.0; 4]);
+        Ok(sums)
+    };
+    let keeps_more =
+        config.aovs.any_of_mattes() || picture.is_some_and(|picture| picture.layers.is_some());
     let generator = RayGenerator::new(view.camera, width, height, config.grid);
     let (columns, rows) = (width.div_ceil(side), height.div_ceil(side));
     let workers = ScratchPool::<Worker>::default();
-    let done = Mutex::new((sums, RayCounts::default()));
+    let done = Mutex::new(PictureSums {
+        all: column(true)?,
+        halves: column(config.aovs.variance && picture.is_some())?,
+        layers: LayerFilm::default(),
+        counts: RayCounts::default(),
+    });
     let one = |number: u32| {
         if progress.is_cancelled() {
             return;
@@ -377,7 +442,7 @@ pub fn sum_picture(
                     let counts = &mut counts;
                     match blur {
                         Some(blur) => tile.blurred_sums(blur, samples, arena, trace, counts),
-                        None => tile.sums(samples, arena, trace, counts).all,
+                        None => tile.sums(samples, arena, trace, counts),
                     }
                 }
                 (None, Some(blur)) => {
@@ -388,15 +453,22 @@ pub fn sum_picture(
                         order,
                         cancel,
                     };
-                    tile.sums(samples, arena, trace, &mut counts)
+                    TileSums::of(tile.sums(samples, arena, trace, &mut counts))
                 }
-                (None, None) => Sums::new(order.len(), arena),
+                (None, None) => TileSums::of(Sums::new(order.len(), arena)),
             };
             let mut done = done.lock().unwrap_or_else(|e| e.into_inner());
             for spot in order {
-                done.0[place(spot)] = all.of(spot.row as usize);
+                let (row, place) = (spot.row as usize, place(spot));
+                done.all[place] = all.all.of(row);
+                if let (Some(half), true) = (&all.half, !done.halves.is_empty()) {
+                    done.halves[place] = half[row];
+                }
+                if keeps_more {
+                    done.layers.add(place, &More::of(&all, row), pixels);
+                }
             }
-            done.1.add(&counts);
+            done.counts.add(&counts);
             drop(done);
             drop(all);
             worker.arena.reset();

@@ -1,6 +1,8 @@
 //! Camera rays. A world ray has an origin and a direction in f64; every precision, kernel
 //! and replay starts from exactly these numbers.
 
+mod project;
+
 use super::config::Grid;
 use crate::math::Vec3;
 use crate::math::lanes::Lanes;
@@ -87,6 +89,11 @@ impl RayGenerator {
             Grid::Centers => offset,
             Grid::Corners => D::zero(),
         }
+    }
+
+    /// Returns the place of a pixel's centre, in pixels from the picture's left upper corner.
+    pub fn center(&self, x: u32, y: u32) -> [f64; 2] {
+        [x, y].map(|c| f64::from(c) + self.within(0.5))
     }
 
     fn half_height(&self) -> f64 {

@@ -81,15 +81,18 @@ pub fn bytes(width: u32, height: u32, aovs: AovSet, matte_ranks: u32) -> u64 {
         + of(aovs.geometric_normal, size_of::<[f32; 3]>())
         + of(aovs.camera_normal, size_of::<[f32; 3]>())
         + of(aovs.uv, size_of::<[f32; 2]>())
+        + of(aovs.vector, size_of::<[f32; 4]>())
+        + of(aovs.motion, size_of::<[f32; 4]>())
         + of(aovs.variance, size_of::<[f32; 3]>());
-    let layers = aovs.light_layers().map(|is| of(is, size_of::<Rgb>()));
+    let layers = aovs.light_layers().into_iter().chain(aovs.guides());
+    let layers = layers.map(|is| of(is, size_of::<Rgb>()));
     let mattes = [
         aovs.crypto_object,
         aovs.crypto_material,
         aovs.crypto_instance,
     ];
     let mattes = mattes.map(|is| of(is, size_of::<[f32; 2]>() * matte_ranks as usize));
-    let pixel = pixel + layers.iter().sum::<u64>() + mattes.iter().sum::<u64>();
+    let pixel = pixel + layers.sum::<u64>() + mattes.iter().sum::<u64>();
     u64::from(width) * u64::from(height) * pixel
 }
 

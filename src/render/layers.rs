@@ -6,13 +6,14 @@ use super::paths::TileSums;
 use super::{AovSet, Picture};
 use crate::io::{Layer, Matte};
 use crate::scene::{Rgb, Scene};
-use crate::shade::path::LIGHT_LAYERS;
+use crate::shade::path::{GUIDES, LIGHT_LAYERS};
 use std::collections::TryReserveError;
 
 /// The name of the layer of lights without a group.
 const UNGROUPED: &str = "ungrouped";
 
-/// Lists the layers of light that a picture keeps: numbers of the integrator's layers, and names.
+/// Lists the layers of light that a picture keeps, and a denoiser's guides: numbers of the
+/// integrator's layers, and names.
 fn layers(aovs: &AovSet, scene: &Scene) -> Vec<(usize, String)> {
     let asked = (0..).zip(aovs.light_layers());
     let asked = asked.filter(|(_, is)| *is);
@@ -20,12 +21,16 @@ fn layers(aovs: &AovSet, scene: &Scene) -> Vec<(usize, String)> {
         .map(|(k, _)| (k, LIGHT_LAYERS[k].to_string()))
         .collect();
     let groups = scene.light_groups.names();
+    let mut next = LIGHT_LAYERS.len();
     if aovs.light_groups && groups.len() > 0 {
         let names = groups
             .chain([UNGROUPED])
             .map(|name| format!("light_{name}"));
-        all.extend((LIGHT_LAYERS.len()..).zip(names));
+        all.extend((next..).zip(names));
+        next += scene.light_groups.names().len() + 1;
     }
+    let guides = (next..).zip(GUIDES).zip(aovs.guides());
+    all.extend(guides.filter_map(|((k, name), is)| is.then(|| (k, name.to_string()))));
     all
 }
 
@@ -106,16 +111,19 @@ fn mean(sum: [f64; 4], count: u32) -> Rgb {
 }
 
 /// Returns the variance of the mean of samples, by their sum and that of the first half, with their
-/// numbers: (A - B)²/4 of the means A and B of the first half and of the rest; 0 of a single sample,
-/// which tells none.
+/// numbers: (A - B)² a b / (a + b)² of the means A and B of the a samples of the first half and the b
+/// of the rest, which is (A - B)²/4 of halves; 0 of a single sample, which tells none. Samples of
+/// variance s give (A - B)² the mean s/a + s/b, and the mean of all has s/(a + b).
 pub fn variance((all, count): ([f64; 4], u32), (half, halves): ([f64; 4], u32)) -> Rgb {
     let rest = count - halves;
     if rest == 0 || halves == 0 {
         return [0.0; 3];
     }
+    let [a, b, n] = [halves, rest, count].map(f64::from);
+    let share = a * b / (n * n);
     std::array::from_fn(|k| {
         let apart = half[k] / f64::from(halves) - (all[k] - half[k]) / f64::from(rest);
-        finite(apart * apart / 4.0)
+        finite(apart * apart * share)
     })
 }
 
@@ -197,7 +205,7 @@ mod tests {
         // Halves 1 and 2: the mean is 1.5 ± 0.5.
         assert_eq!(of(3.0, 1.0, 2), 0.25);
         // One sample of 1, and two of the mean 2.
-        assert_eq!(of(5.0, 1.0, 3), 0.25);
+        assert_eq!(of(5.0, 1.0, 3), (2.0 / 9.0) as f32);
         assert_eq!(of(f64::NAN, 1.0, 4), 0.0);
         assert_eq!(of(f64::INFINITY, 1.0, 4), f32::MAX);
     }

@@ -64,15 +64,15 @@ pub fn render_part(
     };
     progress.start(width.div_ceil(side) * height.div_ceil(side));
     let pictures = (Some(&picture), blur.as_ref());
-    let (sums, counts) = sum_picture((view, config), pictures, &samples, side, progress)?;
+    let sums = sum_picture((view, config), pictures, &samples, side, progress)?;
     let flags = [
         config.backdrop == Backdrop::Transparent,
         config.integrator == Integrator::Path,
     ];
     let key = picture_key(view, config);
     Ok((
-        Part::new((width, height), samples, flags, key, sums),
-        counts,
+        Part::new((width, height), samples, flags, key, sums.all),
+        sums.counts,
     ))
 }
 

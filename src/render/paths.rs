@@ -46,7 +46,7 @@ pub struct PathPicture {
     /// Whether some mesh has vertex normals.
     pub(super) smooth: bool,
     /// The layers of light, if they are asked for.
-    pub(super) layers: Option<LayerPlan>,
+    pub(super) layers: Option<Arc<LayerPlan>>,
 }
 
 impl PathPicture {
@@ -79,10 +79,13 @@ impl PathPicture {
             _ => return None,
         };
         let samples = config.samples();
-        let layers = config.aovs.any_of_light().then(|| {
+        let has_guides = config.aovs.any_of_guides();
+        let has_layers = config.aovs.any_of_light() || has_guides;
+        let layers = has_layers.then(|| {
             let bodies = luminaires.materials(scene, &view.world.instances);
-            let by_group = config.aovs.light_groups;
-            LayerPlan::new(scene, (&luminaires, &bodies), view.lights.len(), by_group)
+            let kept = (config.aovs.light_groups, has_guides);
+            let lights = view.lights.len();
+            Arc::new(LayerPlan::new(scene, (&luminaires, &bodies), lights, kept))
         });
         let media = MediaField::of(scene, &view.world.instances, &materials, view.camera.eye);
         let backdrop = match config.backdrop {
@@ -116,13 +119,24 @@ impl PathPicture {
     pub fn at_time(&self, before: &World, (world, eye): (&World, DVec3)) -> PathPicture {
         let scenes = [before, world].map(|world| (&*world.scene, &world.instances));
         let moved = self.luminaires.at_time(scenes[0], scenes[1]);
+        let layers = match (&self.layers, &moved) {
+            (Some(plan), Some(moved)) => {
+                // Emitters are counted anew.
+                let (scene, instances) = scenes[1];
+                let bodies = moved.materials(scene, instances);
+                let (lights, kept) = (scene.lights.len(), plan.kept());
+                let plan = LayerPlan::new(scene, (moved, &bodies), lights, kept);
+                Some(Arc::new(plan))
+            }
+            (plan, _) => plan.clone(),
+        };
         PathPicture {
+            layers,
             luminaires: moved.map_or_else(|| Arc::clone(&self.luminaires), Arc::new),
             materials: Arc::clone(&self.materials),
             media: MediaField::of(&world.scene, &world.instances, &self.materials, eye),
             filter: Arc::clone(&self.filter),
             cache: None,
-            layers: None,
             ..*self
         }
     }
@@ -218,7 +232,7 @@ impl PathTile<'_> {
         let slots = arena.alloc_slice_fill_copy(pixels, [0.0_f32; 4]);
         let aovs = &self.config.aovs;
         let middle = aovs.variance.then_some(samples.start.midpoint(samples.end));
-        let layers = self.picture.layers.as_ref().map_or(0, LayerPlan::count);
+        let layers = self.picture.layers.as_ref().map_or(0, |plan| plan.count());
         let has_mattes = aovs.any_of_mattes();
         let mut sums = TileSums {
             all: Sums::new(pixels, arena),
@@ -228,8 +242,8 @@ impl PathTile<'_> {
         };
         let mut cache = ShadowCache::new(self.config.shadow_cache);
         let scratch = &mut PathScratch::new(arena, trace, self.picture.kinds());
-        if layers > 0 {
-            scratch.keep_layers(pixels, layers, arena);
+        if let Some(plan) = &self.picture.layers {
+            scratch.keep_layers(pixels, plan, arena);
         }
         if has_mattes {
             scratch.keep_first_met(pixels, arena);
@@ -288,7 +302,7 @@ impl PathTile<'_> {
             media: picture.media.eye,
             solids: picture.media.solids.as_ref(),
             backdrop: picture.backdrop,
-            layers: picture.layers.as_ref(),
+            layers: picture.layers.as_deref(),
             ground: self.config.ground,
             cache: use_of(picture, self.config),
             only_indirect: false,

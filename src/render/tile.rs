@@ -87,10 +87,7 @@ pub enum RenderError {
          of the shutter; ask for at most --shutter-slices {most}"
     )]
     MovingLights { most: u32 },
-    #[error(
-        "layers of light, variance and mattes are not kept with an open shutter, nor layers of \
-         light with a cache of it"
-    )]
+    #[error("a cache of light does not tell groups of lights apart")]
     Outputs,
 }
 
@@ -169,9 +166,7 @@ fn render_tiles(
     progress: &Progress,
     on_tile: &(dyn Fn(FinishedTile) + Sync),
 ) -> Result<Rendered, RenderError> {
-    let aovs = &config.aovs;
-    let of_stills = aovs.any_of_light() || aovs.any_of_mattes() || aovs.variance;
-    if slices.is_some() && of_stills || config.caching.is_some() && aovs.any_of_light() {
+    if config.caching.is_some() && config.aovs.light_groups {
         return Err(RenderError::Outputs);
     }
     let (side, tiles) = tiling(config);
@@ -316,8 +311,8 @@ fn render_film(
             progress.start(tiles + columns * config.height.div_ceil(side));
             let pictures = (paths, Some(blur));
             let of = (view, config);
-            let (sums, counts) = sum_picture(of, pictures, &(0..samples), side, progress)?;
-            Some(AdaptiveFilm::of_sums(&sums, samples, config.width, counts))
+            let sums = sum_picture(of, pictures, &(0..samples), side, progress)?;
+            Some(AdaptiveFilm::of_sums(sums, samples, config.width))
         }
         _ => None,
     })

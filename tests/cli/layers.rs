@@ -2,7 +2,8 @@
 
 use crate::run::{folder, lanecast, names, stderr};
 use exr::prelude::{AttributeValue, ReadChannels, ReadLayers, read};
-use std::collections::BTreeSet;
+use lanecast::io::Channel;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
@@ -102,6 +103,8 @@ fn all_layers_and_what_the_header_tells_of_them() {
         "CryptoObject00.R",
         "CryptoMaterial02.A",
         "CryptoInstance01.G",
+        "denoising_albedo.G",
+        "denoising_normal.Z",
     ] {
         assert!(channels.contains(name), "{name}: {channels:?}");
     }
@@ -266,4 +269,98 @@ fn frames_of_a_moving_camera_have_matrices_of_their_own() {
     frames.sort();
     assert_eq!(frames.len(), 2);
     assert_ne!(matrix(frames[0].clone()), matrix(frames[1].clone()));
+}
+
+/// The numbers of a file's channels, by name.
+fn numbers(path: &Path) -> BTreeMap<String, Vec<f32>> {
+    let picture = lanecast::io::read_channels(path).unwrap();
+    let channels = picture.channels.into_iter();
+    let numbers = channels.filter_map(|(name, channel)| match channel {
+        Channel::Numbers(numbers) => Some((name, numbers)),
+        Channel::Ids(_) => None,
+    });
+    numbers.collect()
+}
+
+/// A mirror that stands aslant shows a green wall beside the camera, and so does a pane of glass
+/// before a wall; a rough mirror shows itself.
+#[test]
+fn guides_follow_mirrors_and_glass() {
+    let folder = folder();
+    let of = |material: &str| {
+        let text = format!(
+            r#"format = 1
+[camera]
+eye = [0, 0, 4]
+look_at = [0, 0, 0]
+fov_y = 10
+[environment]
+color = [1, 1, 1]
+[material.own]
+{material}
+[material.green]
+base_color = [0.1, 0.7, 0.2]
+[shape.mirror]
+polygon = {{ points = [[-1, -1, 1], [-1, 1, 1], [1, 1, -1], [1, -1, -1]] }}
+[shape.wall]
+polygon = {{ points = [[5, -9, 9], [5, 9, 9], [5, 9, -9], [5, -9, -9]] }}
+[shape.back]
+polygon = {{ points = [[-9, -9, -5], [-9, 9, -5], [9, 9, -5], [9, -9, -5]] }}
+[[instance]]
+shape = "mirror"
+material = "own"
+[[instance]]
+shape = "wall"
+material = "green"
+[[instance]]
+shape = "back"
+material = "green"
+"#
+        );
+        fs::write(folder.path().join("s.toml"), text).unwrap();
+        let aovs = "denoising_albedo,denoising_normal";
+        let done = render(folder.path(), &["--aov", aovs, "-o", "x.exr"]);
+        assert!(done.status.success(), "{}", stderr(&done));
+        let all = numbers(&folder.path().join("x.exr"));
+        let middle = 9 * 24 + 12;
+        [
+            "denoising_albedo.R",
+            "denoising_albedo.G",
+            "denoising_albedo.B",
+            "denoising_normal.X",
+            "denoising_normal.Y",
+            "denoising_normal.Z",
+        ]
+        .map(|name| all[name][middle])
+    };
+    let near = |found: [f32; 6], expected: [f32; 6]| {
+        let off = found.iter().zip(expected).map(|(a, b)| (a - b).abs());
+        assert!(off.fold(0.0, f32::max) < 1e-6, "{found:?} {expected:?}");
+    };
+    let metal = "base_color = [0.9, 0.5, 0.1]\nmetallic = 1.0\nroughness =";
+    near(of(&format!("{metal} 0.0")), [0.1, 0.7, 0.2, -1.0, 0.0, 0.0]);
+    let half = 0.5_f32.sqrt();
+    near(
+        of(&format!("{metal} 0.5")),
+        [0.9, 0.5, 0.1, half, 0.0, half],
+    );
+    let pane = "transmission = 1.0\nior = 1.0\nthin_walled = true\nroughness = 0.0";
+    near(of(pane), [0.1, 0.7, 0.2, 0.0, 0.0, 1.0]);
+}
+
+/// What `--denoise` writes is in `.ci/denoise`, which has the library.
+#[test]
+fn denoising_tells_what_it_lacks() {
+    let folder = scene();
+    let before = names(folder.path());
+    let done = render(folder.path(), &["--denoise", "-o", "x.exr"]);
+    let said = stderr(&done);
+    if cfg!(feature = "denoise") {
+        assert!(done.status.success() || said.contains("OIDN_DIR"), "{said}");
+        return;
+    }
+    assert_eq!(done.status.code(), Some(2), "{said}");
+    assert!(said.contains("--features denoise"), "{said}");
+    assert_eq!(said.lines().count(), 1, "{said}");
+    assert_eq!(names(folder.path()), before);
 }

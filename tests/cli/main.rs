@@ -12,6 +12,7 @@ mod found;
 mod layers;
 mod malformed;
 mod measure;
+mod motion;
 mod outputs;
 mod parts;
 mod roots;

@@ -109,14 +109,15 @@ fn busy_config(integrator: Integrator) -> RenderConfig {
             slices: 24,
             ..exposure(0.1, 0.9)
         }),
-        aovs: AovSet {
-            depth: true,
-            instance_id: true,
-            samples: true,
-            ..AovSet::default()
-        },
+        aovs: all_aovs(),
         ..RenderConfig::default()
     }
+}
+
+fn all_aovs() -> AovSet {
+    let mut aovs = AovSet::default();
+    aovs.add_all(true);
+    aovs
 }
 
 fn bits(choices: Choices, config: &RenderConfig, threads: usize) -> Vec<u32> {
@@ -131,7 +132,14 @@ fn bits(choices: Choices, config: &RenderConfig, threads: usize) -> Vec<u32> {
         let color = picture.color.iter().flatten().map(|c| c.to_bits());
         let depth = picture.depth.iter().flatten().map(|d| d.to_bits());
         let ids = picture.instance_id.iter().flatten().map(|id| *id as u32);
-        color.chain(depth).chain(ids).collect()
+        let variance = picture.variance.iter().flatten().flatten();
+        let layers = picture.layers.iter().flat_map(|layer| &layer.color);
+        let mattes = picture.mattes.iter().flat_map(|matte| &matte.rows);
+        let light = variance
+            .chain(layers.flatten())
+            .chain(mattes.flatten())
+            .map(|x| x.to_bits());
+        color.chain(depth).chain(ids).chain(light).collect()
     })
 }
 
@@ -190,6 +198,47 @@ fn a_shutter_of_an_instant_is_a_still_of_its_time() {
     let there = rendered(&scene.at(time).unwrap(), &still);
     assert_eq!(blurred.color, there.color);
     assert_eq!(blurred.depth, there.depth);
+    assert_eq!(blurred.variance, there.variance);
+    assert!(blurred.layers.len() > 6 && blurred.mattes.len() == 3);
+    assert!(blurred.layers == there.layers && blurred.mattes == there.mattes);
+    // What is kept changes no bit of the colour.
+    let plain = RenderConfig {
+        aovs: AovSet::default(),
+        ..config
+    };
+    assert_eq!(rendered(&scene, &plain).color, blurred.color);
+}
+
+#[test]
+fn blurred_layers_add_up_to_the_picture() {
+    let config = RenderConfig {
+        spp: 16,
+        ..busy_config(Integrator::Path)
+    };
+    let adaptive = RenderConfig {
+        adaptive: Some(Adaptive {
+            noise: 0.2,
+            most: 32,
+        }),
+        ..config.clone()
+    };
+    for config in [config, adaptive] {
+        let picture = rendered(&busy_scene(), &config);
+        let ways = picture.layers.iter().take(6);
+        for (pixel, color) in picture.color.iter().enumerate() {
+            for k in 0..3 {
+                let sum: f64 = ways.clone().map(|l| f64::from(l.color[pixel][k])).sum();
+                let color = f64::from(color[k]);
+                // Each layer is rounded to f32, and so are the parts of each contribution.
+                assert!((sum - color).abs() < 2e-6 * (color + 1e-3), "{sum} {color}");
+            }
+        }
+        // The moving lamp is seen, and blurred: its edge has parts of its radiance.
+        let emission = &picture.layers[4].color;
+        assert!(emission.iter().any(|c| c[0] > 0.5 && c[0] < 5.0));
+        let noisy = picture.variance.as_ref().unwrap();
+        assert!(noisy.iter().any(|v| v[0] > 0.0));
+    }
 }
 
 #[test]

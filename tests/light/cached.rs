@@ -1,7 +1,7 @@
 //! Pictures of a cache of indirect light against pictures of paths.
 
 use lanecast::internals::light::filter::Kind;
-use lanecast::internals::render::{Backdrop, IndirectCaching, Integrator};
+use lanecast::internals::render::{AovSet, Backdrop, IndirectCaching, Integrator};
 use lanecast::internals::scene::Environment;
 use lanecast::shapes::{Cuboid, Sphere};
 use lanecast::{
@@ -111,6 +111,68 @@ fn a_cached_picture_is_nearly_right_and_less_noisy() {
     assert!(rms < 0.8 * noise, "{rms} of {noise}");
     let [bias, _] = errors(&render(&scene, &config(Some(0.4), true), None), &truth);
     assert!(bias.abs() < 0.003, "{bias}");
+}
+
+/// What a cache gives is light of other surfaces that is scattered diffusely; layers add up to the
+/// picture, and have the means that paths find.
+#[test]
+fn layers_know_what_a_cache_gives() {
+    let scene = room();
+    let mut aovs = AovSet::default();
+    for name in [
+        "diffuse_direct",
+        "diffuse_indirect",
+        "specular_direct",
+        "specular_indirect",
+        "emission",
+        "environment",
+        "variance",
+        "crypto_object",
+    ] {
+        assert!(aovs.add(name));
+    }
+    let of = |error, is_unbiased, spp| {
+        let config = config(error, is_unbiased);
+        let picture = render(
+            &scene,
+            &RenderConfig {
+                spp,
+                aovs,
+                ..config.clone()
+            },
+            None,
+        );
+        let plain = render(&scene, &RenderConfig { spp, ..config }, None);
+        assert_eq!(picture.color, plain.color);
+        for (pixel, color) in picture.color.iter().enumerate() {
+            for k in 0..3 {
+                let layers = picture.layers.iter();
+                let sum: f64 = layers.map(|l| f64::from(l.color[pixel][k])).sum();
+                let color = f64::from(color[k]);
+                assert!((sum - color).abs() < 2e-6 * (color + 1e-3), "{sum} {color}");
+            }
+        }
+        let means = picture.layers.iter().map(|layer| {
+            let sum: f64 = layer.color.iter().flatten().map(|c| f64::from(*c)).sum();
+            sum / layer.color.len() as f64
+        });
+        means.collect::<Vec<f64>>()
+    };
+    let paths = of(None, false, 512);
+    assert!(paths[1] > 0.05 && paths[3] > 0.001, "{paths:?}");
+    for is_unbiased in [false, true] {
+        let cached = of(Some(0.2), is_unbiased, 256);
+        for (name, (found, expected)) in ["dd", "di", "sd", "si", "e"]
+            .iter()
+            .zip(cached.iter().zip(&paths))
+        {
+            let off = (found - expected).abs();
+            assert!(
+                off < 0.03 * expected + 2e-4,
+                "{name} {is_unbiased}: {cached:?} {paths:?}"
+            );
+        }
+    }
 }
 
 #[test]

@@ -101,6 +101,8 @@ const UNSAFE: &[(&str, usize)] = &[
     ("src/engine/accel/prefetch.rs", 1),
     // The system's `write`, XGETBV, and CPUID.
     ("src/cli/cpu.rs", 6),
+    // The calls of Open Image Denoise, where it is compiled in.
+    ("src/cli/denoise/oidn.rs", 16),
     // The calls of Embree, where it is compiled in.
     ("src/measure/baseline/embree/ffi.rs", 2),
     ("src/measure/baseline/embree/mod.rs", 6),

@@ -11,10 +11,11 @@ use clap::{Args, value_parser};
 pub struct OutputArgs {
     /// Additional outputs, separated by commas. Of what the pixel's centre shows: depth (along the
     /// view axis), distance, position, normal, geometric_normal, camera_normal, uv (barycentric),
-    /// albedo, instance_id, primitive_id. Of paths: variance; layers of light, diffuse_direct,
+    /// albedo, instance_id, primitive_id; vector and motion (where it was and will be, as Blender and
+    /// as Nuke have it). Of paths: variance; layers of light, diffuse_direct,
     /// diffuse_indirect, specular_direct, specular_indirect, emission, environment, light_groups;
-    /// Cryptomattes, crypto_object, crypto_material, crypto_instance. And samples, their number;
-    /// or all
+    /// Cryptomattes, crypto_object, crypto_material, crypto_instance; a denoiser's guides,
+    /// denoising_albedo, denoising_normal. And samples, their number; or all
     #[arg(long, value_name = "NAMES", value_parser = parse_aovs)]
     pub aov: Option<AovChoice>,
     /// Ids that each pixel of a Cryptomatte has room for
@@ -25,6 +26,10 @@ pub struct OutputArgs {
     /// depth, position, normal, albedo, ids and samples, else none
     #[arg(long, value_name = "WHAT", default_value = "auto", value_parser = parse_told)]
     pub metadata: Told,
+    /// Write the picture without noise, too, as NAME.denoised beside it: of paths, by Open Image
+    /// Denoise, with --features denoise of the program
+    #[arg(long, conflicts_with = "samples")]
+    pub denoise: bool,
 }
 
 /// The outputs of `--aov`.
@@ -66,24 +71,18 @@ impl OutputArgs {
                 "one sample has no variance; ask for --spp 2 or more, or leave it out".into(),
             ));
         }
-        let mut parts = aovs.of_paths();
-        parts.extend(aovs.variance.then_some("variance"));
-        let is_blurred = config.shutter.is_some();
-        if let (true, Some(part)) = (is_blurred, parts.first()) {
-            return Err(CliError::Usage(format!(
-                "{part} is not kept of pictures with an open shutter; leave it out, or ask for \
-                 --shutter 0"
-            )));
-        }
-        if config.caching.is_some() && aovs.any_of_light() {
+        let is_cached = config.caching.is_some();
+        if is_cached && aovs.light_groups {
             return Err(CliError::Usage(
-                "a cache of light does not tell layers of light apart; leave them out, or --cache"
+                "a cache of light does not tell groups of lights apart; leave light_groups out, or \
+                 --cache"
                     .into(),
             ));
         }
         if choice.all {
-            aovs.add_all(paths && !is_blurred && config.caching.is_none());
-            aovs.variance &= halves && !is_blurred;
+            aovs.add_all(paths);
+            aovs.variance &= halves;
+            aovs.light_groups &= !is_cached;
         }
         Ok(RenderConfig { aovs, ..config })
     }

@@ -14,6 +14,9 @@ pub struct AovSet {
     pub geometric_normal: bool,
     pub camera_normal: bool,
     pub uv: bool,
+    /// Motion vectors as Blender has them, and as Nuke has them; what makes them asks for hits.
+    pub vector: bool,
+    pub motion: bool,
     pub variance: bool,
     pub diffuse_direct: bool,
     pub diffuse_indirect: bool,
@@ -27,6 +30,9 @@ pub struct AovSet {
     pub crypto_object: bool,
     pub crypto_material: bool,
     pub crypto_instance: bool,
+    /// A denoiser's guides: what samples meet first behind mirrors and smooth glass.
+    pub denoising_albedo: bool,
+    pub denoising_normal: bool,
 }
 
 impl AovSet {
@@ -43,6 +49,8 @@ impl AovSet {
         geometric_normal: false,
         camera_normal: false,
         uv: false,
+        vector: false,
+        motion: false,
         variance: false,
         diffuse_direct: false,
         diffuse_indirect: false,
@@ -54,6 +62,8 @@ impl AovSet {
         crypto_object: false,
         crypto_material: false,
         crypto_instance: false,
+        denoising_albedo: false,
+        denoising_normal: false,
     };
 
     /// Whether the set has an AOV.
@@ -91,6 +101,21 @@ impl AovSet {
     /// Whether the set has a layer of light, or of groups of lights.
     pub fn any_of_light(&self) -> bool {
         self.light_groups || self.light_layers().contains(&true)
+    }
+
+    /// Whether the set has motion vectors.
+    pub fn any_of_motion(&self) -> bool {
+        self.vector || self.motion
+    }
+
+    /// Says which of a denoiser's guides are in the set, in the order of their names.
+    pub fn guides(&self) -> [bool; 2] {
+        [self.denoising_albedo, self.denoising_normal]
+    }
+
+    /// Whether the set has a guide of a denoiser.
+    pub fn any_of_guides(&self) -> bool {
+        self.guides().contains(&true)
     }
 
     /// Whether the set has an output beyond colour, depth, position, normal, albedo, ids and
@@ -138,10 +163,10 @@ impl AovSet {
     }
 
     /// The first of the names that only paths have.
-    const FIRST_OF_PATHS: usize = 11;
+    const FIRST_OF_PATHS: usize = 13;
 
     /// The names of the AOVs, as `--aov` takes them.
-    pub const NAMES: [&str; 22] = [
+    pub const NAMES: [&str; 26] = [
         "depth",
         "position",
         "normal",
@@ -153,6 +178,8 @@ impl AovSet {
         "geometric_normal",
         "camera_normal",
         "uv",
+        "vector",
+        "motion",
         "variance",
         "diffuse_direct",
         "diffuse_indirect",
@@ -164,6 +191,8 @@ impl AovSet {
         "crypto_object",
         "crypto_material",
         "crypto_instance",
+        "denoising_albedo",
+        "denoising_normal",
     ];
 
     /// Adds the AOV called `name`; returns false if there is none of this name.
@@ -180,6 +209,8 @@ impl AovSet {
             "geometric_normal" => &mut self.geometric_normal,
             "camera_normal" => &mut self.camera_normal,
             "uv" => &mut self.uv,
+            "vector" => &mut self.vector,
+            "motion" => &mut self.motion,
             "variance" => &mut self.variance,
             "diffuse_direct" => &mut self.diffuse_direct,
             "diffuse_indirect" => &mut self.diffuse_indirect,
@@ -191,6 +222,8 @@ impl AovSet {
             "crypto_object" => &mut self.crypto_object,
             "crypto_material" => &mut self.crypto_material,
             "crypto_instance" => &mut self.crypto_instance,
+            "denoising_albedo" => &mut self.denoising_albedo,
+            "denoising_normal" => &mut self.denoising_normal,
             _ => return false,
         };
         *one = true;

@@ -45,6 +45,12 @@ pub struct Picture {
     pub camera_normal: Option<Vec<[f32; 3]>>,
     /// Barycentric coordinates of triangles; (0, 0) elsewhere.
     pub uv: Option<Vec<[f32; 2]>>,
+    /// Ways in pixels, x to the right and y up: from where what is seen was a step before to where
+    /// it is, and from where it is to where it will be, both reversed, as Blender has them.
+    pub vector: Option<Vec<[f32; 4]>>,
+    /// Ways in pixels, x to the right and y up: to where what is seen will be a step later, and to
+    /// where it was a step before, as Nuke has them.
+    pub motion: Option<Vec<[f32; 4]>>,
     /// The variance of the pixel's colour, by channel, as two halves of its samples tell it.
     pub variance: Option<Vec<[f32; 3]>>,
     /// Parts of the colour, linear.
@@ -145,6 +151,8 @@ impl Picture {
             ("geometric_normal", len(&self.geometric_normal)),
             ("camera_normal", len(&self.camera_normal)),
             ("uv", len(&self.uv)),
+            ("vector", len(&self.vector)),
+            ("motion", len(&self.motion)),
             ("variance", len(&self.variance)),
         ];
         let layers = self.layers.iter();

@@ -197,3 +197,56 @@ fn widths_of_pixels_are_those_between_rays() {
         );
     }
 }
+
+#[test]
+fn what_a_pixel_sees_is_seen_there() {
+    let calibration = Calibration {
+        focal: [70.0, 72.0],
+        center: [39.0, 31.0],
+        size: [80, 60],
+        distortion: [-0.1, 0.01, 1e-3, -2e-3, 1e-3],
+    };
+    let fisheye = |mapping| Projection::Fisheye {
+        half_angle: 1.7,
+        mapping,
+    };
+    for projection in [
+        Projection::Perspective { half_height: 0.4 },
+        Projection::Orthographic { half_height: 2.0 },
+        Projection::Calibrated(calibration),
+        Projection::Panorama,
+        fisheye(FisheyeMapping::Equidistant),
+        fisheye(FisheyeMapping::Equisolid),
+    ] {
+        for grid in [Grid::Centers, Grid::Corners] {
+            let generator = RayGenerator::new(camera(projection, None), 40, 30, grid);
+            let mut seen = 0;
+            for (x, y) in (0..30).flat_map(|y| (0..40).map(move |x| (x, y))) {
+                let (org, dir) = generator.ray(x, y, [0.5; 2]);
+                if dir.is_nan() {
+                    continue;
+                }
+                let center = generator.center(x, y);
+                let mut places = vec![generator.seen_at(org + dir * 7.0)];
+                if !projection.is_parallel() {
+                    places.push(generator.seen_along(dir));
+                }
+                for place in places {
+                    let [across, down] = generator.way(center, place.unwrap());
+                    let off = across.abs().max(down.abs());
+                    assert!(off < 1e-9, "{projection:?} {x} {y}: {off}");
+                }
+                seen += 1;
+            }
+            assert!(seen > 500, "{projection:?} {seen}");
+        }
+    }
+    let ahead = RayGenerator::new(
+        camera(Projection::Perspective { half_height: 0.4 }, None),
+        40,
+        30,
+        Grid::Centers,
+    );
+    let behind = ahead.camera.eye - ahead.camera.forward;
+    assert_eq!(ahead.seen_at(behind), None);
+}

@@ -13,9 +13,10 @@ mod record;
 
 pub use record::{IrradianceRecord, SECTORS, sector_direction};
 
+use super::layers::{EMISSION, Film, LayerPlan, Trail};
 use super::spot::Spot;
 use super::state::Paths;
-use super::{Look, PathTracer, Slot};
+use super::{Look, PathTracer};
 use crate::light::bsdf::Sampled;
 use crate::light::sampling::cosine_hemisphere_density;
 use crate::math::Vec3;
@@ -186,7 +187,8 @@ pub struct Missed {
 
 /// What a wave has found in a cache, and not found.
 pub(super) struct CacheColumns<'b> {
-    found: ArenaVec<'b, (u32, Rgb)>,
+    /// Rows of the film, the ways to the surfaces, and their light.
+    found: ArenaVec<'b, (u32, Trail, Rgb)>,
     pub missed: ArenaVec<'b, Missed>,
     /// t of the first hits of a batch, infinite for rays that meet nothing, if they are asked for.
     pub reach: Option<ArenaVec<'b, f64>>,
@@ -205,12 +207,17 @@ impl<'b> CacheColumns<'b> {
         self.found.clear();
     }
 
-    /// Adds what was found to the film.
-    pub fn add_to(&self, slots: &mut [Slot]) {
-        for (pixel, light) in &self.found {
-            let slot = &mut slots[*pixel as usize];
+    /// Adds what was found to the film: light that a surface gets from others and scatters
+    /// diffusely. Nobody knows its groups.
+    pub fn add_to(&self, film: &mut Film, plan: Option<&LayerPlan>) {
+        for (pixel, trail, light) in &self.found {
+            let slot = &mut film.slots[*pixel as usize];
             for k in 0..3 {
                 slot[k] += light[k];
+            }
+            if let (Some(layers), Some(plan)) = (&mut film.layers, plan) {
+                let trail = &trail.after([1.0; 3]).after([1.0; 3]);
+                layers.add(plan, *pixel, (trail, EMISSION, plan.unknown()), *light);
             }
         }
     }
@@ -323,7 +330,8 @@ impl PathTracer<'_> {
             };
             let part = 1.0 - left[i];
             let found = std::array::from_fn(|k| weight[k][i] * light[k] * part);
-            cached.found.push((pixel, found));
+            let trail = wave.trail_on(spot.rays[i]);
+            cached.found.push((pixel, trail, found));
         }
         let served = <Singles as Lanes>::Mask::from_bits(served);
         taken.albedo = albedo.map(|a| Lanes::select(served, a, Singles::zero()));

@@ -8,6 +8,7 @@
 //! being that of lights without a group. Nothing here is made unless it was asked for.
 
 use super::Slot;
+use super::guides::GUIDES;
 use super::luminaires::Luminaires;
 use crate::light::emitter::Emitters;
 use crate::scene::{Lit, MaterialId, Rgb, Tables};
@@ -35,6 +36,8 @@ pub(super) const ENVIRONMENT: usize = 5;
 pub struct LayerPlan {
     /// Number of layers of groups, that of lights without a group last; 0 if none are kept.
     groups: usize,
+    /// Whether the last layers are a denoiser's guides.
+    has_guides: bool,
     /// By emitter, and by material.
     of_emitter: Vec<u32>,
     of_material: Vec<u32>,
@@ -42,12 +45,13 @@ pub struct LayerPlan {
 }
 
 impl LayerPlan {
-    /// Plans the layers of light, and those of groups if the scene has some and `by_group`.
+    /// Plans the layers of light, those of groups if the scene has some and `by_group`, and a
+    /// denoiser's guides if `has_guides`.
     pub fn new(
         scene: &Tables,
         (luminaires, emitter_materials): (&Luminaires, &[(u32, MaterialId)]),
         lights: usize,
-        by_group: bool,
+        (by_group, has_guides): (bool, bool),
     ) -> LayerPlan {
         let names = scene.light_groups.names().len() as u32;
         let by_group = by_group && names > 0;
@@ -67,15 +71,33 @@ impl LayerPlan {
         }
         LayerPlan {
             groups: if by_group { names as usize + 1 } else { 0 },
+            has_guides,
             of_emitter,
             of_material,
             sky: of(Lit::Environment),
         }
     }
 
+    /// Says whether groups, and a denoiser's guides, are kept.
+    pub fn kept(&self) -> (bool, bool) {
+        (self.groups > 0, self.has_guides)
+    }
+
     /// Returns the number of layers.
     pub fn count(&self) -> usize {
-        LIGHT_LAYERS.len() + self.groups
+        let guides = if self.has_guides { GUIDES.len() } else { 0 };
+        LIGHT_LAYERS.len() + self.groups + guides
+    }
+
+    /// Returns the number of the first of a denoiser's guides, if they are kept.
+    pub fn guides(&self) -> Option<usize> {
+        let first = LIGHT_LAYERS.len() + self.groups;
+        self.has_guides.then_some(first)
+    }
+
+    /// Returns the group of light of which nobody knows where it comes from.
+    pub(super) fn unknown(&self) -> u32 {
+        self.groups.saturating_sub(1) as u32
     }
 
     /// Returns the group of what shines of a material.
@@ -113,6 +135,19 @@ impl Trail {
                 ..*self
             },
         }
+    }
+
+    /// Returns the way after a cache has given a part of the light of the first scattering's diffuse
+    /// lobe, with the factors of what is found later: what is missing there is diffuse.
+    pub(super) fn without_cached(&self, onward: Rgb) -> Trail {
+        if self.scattered != 1 {
+            return *self;
+        }
+        let diffuse = std::array::from_fn(|k| match onward[k] > 0.0 {
+            true => ((self.diffuse[k] - (1.0 - onward[k])) / onward[k]).clamp(0.0, 1.0),
+            false => self.diffuse[k],
+        });
+        Trail { diffuse, ..*self }
     }
 }
 
@@ -155,6 +190,11 @@ impl<'b> LayerSlots<'b> {
     /// Lists the layers' rows, each one a pixel.
     pub fn layers(&self) -> impl Iterator<Item = &[Slot]> {
         self.rows.chunks(self.pixels)
+    }
+
+    /// Sets a pixel of a layer.
+    pub(super) fn set(&mut self, layer: usize, pixel: u32, [r, g, b]: Rgb) {
+        self.rows[layer * self.pixels + pixel as usize] = [r, g, b, 0.0];
     }
 
     fn put(&mut self, layer: usize, pixel: u32, light: Rgb) {

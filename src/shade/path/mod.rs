@@ -10,6 +10,7 @@ mod cache;
 mod emission;
 mod first_met;
 mod ground;
+mod guides;
 mod hit_columns;
 mod layers;
 mod luminaires;
@@ -25,6 +26,7 @@ pub use cache::{
 };
 pub use first_met::FirstMet;
 pub use ground::Ground;
+pub use guides::GUIDES;
 pub use layers::{LIGHT_LAYERS, LayerPlan, LayerSlots};
 pub use luminaires::Luminaires;
 pub use media::MediaField;
@@ -259,12 +261,19 @@ impl<'b> PathScratch<'b> {
     }
 
     /// Keeps layers of light of a tile's pixels from now on.
-    pub fn keep_layers(&mut self, pixels: usize, layers: usize, arena: &'b Bump) {
+    pub fn keep_layers(&mut self, pixels: usize, plan: &LayerPlan, arena: &'b Bump) {
+        let (layers, has_guides) = (plan.count(), plan.guides().is_some());
         let trails = || ArenaVec::with_capacity_in(BATCH, arena);
         self.waves
             .iter_mut()
             .for_each(|wave| wave.trails = Some(trails()));
         self.lights.keys = Some(ArenaVec::with_capacity_in(BATCH, arena));
+        if has_guides {
+            let guiding = || ArenaVec::with_capacity_in(BATCH, arena);
+            self.waves
+                .iter_mut()
+                .for_each(|wave| wave.guiding = Some(guiding()));
+        }
         self.layers = Some(LayerSlots::new(pixels, layers, arena));
     }
 
@@ -469,6 +478,10 @@ impl PathTracer<'_> {
         if let (Some(met), Some(open)) = (&mut scratch.first_met, &wave.open) {
             self.meet(met, (wave, open), (depth, instance), buffer);
         }
+        let kept = (film.layers.as_deref_mut(), self.layers, &wave.guiding);
+        if let (Some(layers), Some(plan), Some(guiding)) = kept {
+            self.guide((layers, plan), (wave, guiding), instance, buffer);
+        }
         if depth > 0 {
             self.add_panels(wave, (&instance[..count], t), film);
         }
@@ -499,7 +512,7 @@ impl PathTracer<'_> {
             );
             first += same;
         }
-        scratch.cached.add_to(film.slots);
+        scratch.cached.add_to(film, self.layers);
         next.rays.complete(f32::INFINITY, RayKind::Reflection);
         self.add_light(
             &mut scratch.lights,

@@ -205,7 +205,7 @@ impl PathTracer<'_> {
             let (share, delta) = (shares(share), light.delta.bits());
             let emitters = light.emitter.as_ref();
             let all: [LayerKey; STEP] = std::array::from_fn(|i| LayerKey {
-                trail: wave.trail(spot.rays[i]).after(share[i]),
+                trail: wave.trail_on(spot.rays[i]).after(share[i]),
                 group: match (far & !delta) >> i & 1 {
                     0 => plan.of_emitter(emitters[i]),
                     _ => SKY,
@@ -301,9 +301,9 @@ impl PathTracer<'_> {
                 .diffuse_share(&looks, spot.eta, spot.out_local, into);
             let share = shares(share);
             let all: [_; STEP] = std::array::from_fn(|i| {
-                let before = wave.trail(spot.rays[i]);
+                let before = wave.trail_on(spot.rays[i]);
                 match (straight >> i & 1, delta >> i & 1) {
-                    (1, _) => before,
+                    (1, _) => wave.trail(spot.rays[i]),
                     (_, 1) => before.after([0.0; 3]),
                     _ => before.after(share[i]),
                 }
@@ -312,6 +312,14 @@ impl PathTracer<'_> {
         }
         if let Some(open) = &mut paths.open {
             keep(open, &[false; STEP], rows);
+        }
+        if let (Some(guiding), Some(before)) = (&mut paths.guiding, &wave.guiding) {
+            let goes_on = look.bsdf.only_delta;
+            let weights = spot.rays.map(|ray| match goes_on {
+                true => before[ray as usize],
+                false => 0.0,
+            });
+            keep(guiding, &weights, rows);
         }
         paths.rays.weight.push_some(weight, rows);
         paths.normal.push_some(normal, rows);
@@ -348,6 +356,9 @@ impl PathTracer<'_> {
         }
         if let (Some(open), Some(before)) = (&mut next.open, &wave.open) {
             keep(open, &of.map(|ray| before[ray]), rows);
+        }
+        if let (Some(guiding), Some(before)) = (&mut next.guiding, &wave.guiding) {
+            keep(guiding, &of.map(|ray| before[ray]), rows);
         }
         next.rays.weight.push_some(spot.passing, rows);
         next.push_onward(wave.onward(&spot.rays), rows);

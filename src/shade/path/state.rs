@@ -36,6 +36,9 @@ pub(super) struct Paths<'b> {
     pub trails: Option<ArenaVec<'b, Trail>>,
     /// Whether the path has come from the camera through holes alone, if mattes are kept.
     pub open: Option<ArenaVec<'b, bool>>,
+    /// The pixel filter's weight of paths that still look for a denoiser's guides, 0 of others, if
+    /// they are kept.
+    pub guiding: Option<ArenaVec<'b, f32>>,
 }
 
 impl<'b> Paths<'b> {
@@ -55,6 +58,7 @@ impl<'b> Paths<'b> {
             onward: is_cached.then(|| Column3::with_capacity(BATCH, arena)),
             trails: None,
             open: None,
+            guiding: None,
         }
     }
 
@@ -62,6 +66,15 @@ impl<'b> Paths<'b> {
     pub fn trail(&self, ray: u32) -> Trail {
         let trails = self.trails.as_ref();
         trails.map_or_else(Trail::default, |trails| trails[ray as usize])
+    }
+
+    /// Returns the way of a path that is scattered again, of which a cache may have given a part.
+    pub fn trail_on(&self, ray: u32) -> Trail {
+        let trail = self.trail(ray);
+        match (&self.onward, &self.trails) {
+            (Some(onward), Some(_)) => trail.without_cached(onward.row(ray as usize)),
+            _ => trail,
+        }
     }
 
     /// Returns where a path was last scattered.
@@ -119,6 +132,9 @@ impl<'b> Paths<'b> {
         if let Some(open) = &mut self.open {
             open.clear();
         }
+        if let Some(guiding) = &mut self.guiding {
+            guiding.clear();
+        }
     }
 
     /// Gives camera rays, which are in the queue already, the state of paths that begin.
@@ -141,6 +157,9 @@ impl<'b> Paths<'b> {
         }
         if let Some(open) = &mut self.open {
             open.resize(paths, true);
+        }
+        if let Some(guiding) = &mut self.guiding {
+            guiding.extend((0..paths).map(|ray| self.rays.weight.row(ray)[0]));
         }
     }
 }

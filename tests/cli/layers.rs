@@ -2,7 +2,7 @@
 
 use crate::run::{folder, lanecast, names, stderr};
 use exr::prelude::{AttributeValue, ReadChannels, ReadLayers, read};
-use lanecast::io::Channel;
+use lanecast::internals::io::Channel;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
@@ -273,7 +273,7 @@ fn frames_of_a_moving_camera_have_matrices_of_their_own() {
 
 /// The numbers of a file's channels, by name.
 fn numbers(path: &Path) -> BTreeMap<String, Vec<f32>> {
-    let picture = lanecast::io::read_channels(path).unwrap();
+    let picture = lanecast::internals::io::read_channels(path).unwrap();
     let channels = picture.channels.into_iter();
     let numbers = channels.filter_map(|(name, channel)| match channel {
         Channel::Numbers(numbers) => Some((name, numbers)),

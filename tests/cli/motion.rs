@@ -1,7 +1,7 @@
 //! Motion vectors against reprojection by formulas.
 
 use crate::run::{folder, lanecast, stderr};
-use lanecast::io::{Channel, read_channels};
+use lanecast::internals::io::{Channel, read_channels};
 use std::collections::BTreeMap;
 use std::fs;
 

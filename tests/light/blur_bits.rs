@@ -195,7 +195,7 @@ fn a_shutter_of_an_instant_is_a_still_of_its_time() {
     };
     let scene = busy_scene();
     let blurred = rendered(&scene, &config);
-    let there = rendered(&scene.at(time).unwrap(), &still);
+    let there = rendered(&scene.clone().at(time).unwrap(), &still);
     assert_eq!(blurred.color, there.color);
     assert_eq!(blurred.depth, there.depth);
     assert_eq!(blurred.variance, there.variance);

@@ -116,7 +116,7 @@ fn materials_become_parts() {
     assert_eq!(read.materials[1].1.model, model);
     let warning = warning.unwrap();
     assert!(
-        warning.contains("1 × texture, 1 × unknown material"),
+        warning.contains("1 × texture (") && warning.contains("1 × unknown material"),
         "{warning}"
     );
 }

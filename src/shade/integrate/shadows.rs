@@ -126,8 +126,17 @@ impl Integrator<'_> {
             while rest != 0 {
                 let id = buffer.material[hits[rest.trailing_zeros() as usize] as usize];
                 let same = |i: usize| u32::from(buffer.material[hits[i] as usize] == id) << i;
-                let same: u32 = (0..STEP).map(same).sum();
-                let radiance = reflected(self.material(id), ns, out, towards, light);
+                let mut same: u32 = (0..STEP).map(same).sum();
+                let radiance = match self.varies(id) {
+                    false => reflected(self.material(id), ns, out, towards, light),
+                    // Each hit has a material of its own.
+                    true => {
+                        let hit = hits[rest.trailing_zeros() as usize];
+                        same = rest & rest.wrapping_neg();
+                        let own = self.material_of((buffer, hit as usize));
+                        reflected(&own, ns, out, towards, light)
+                    }
+                };
                 let mask = <Singles as Lanes>::Mask::from_bits(same);
                 for (sum, radiance) in sums.iter_mut().zip(radiance) {
                     *sum = Lanes::select(mask, radiance, *sum);

@@ -30,6 +30,8 @@ pub(super) struct Passing<'b> {
     t: ArenaVec<'b, f64>,
     instance: ArenaVec<'b, u64>,
     primitive: ArenaVec<'b, u32>,
+    /// Surfaces on the way to a light.
+    buffer: HitBuffer<'b>,
 }
 
 impl<'b> Passing<'b> {
@@ -40,6 +42,7 @@ impl<'b> Passing<'b> {
             t: ArenaVec::new_in(arena),
             instance: ArenaVec::new_in(arena),
             primitive: ArenaVec::new_in(arena),
+            buffer: HitBuffer::with_capacity(0, arena),
         }
     }
 
@@ -116,6 +119,55 @@ pub(super) fn pass_cutouts(
         if passing.rays.is_empty() {
             break;
         }
+    }
+}
+
+/// Finds the rays to lights that nothing blocks but surfaces that are not there.
+pub(super) fn unblock(
+    (world, kernels): (&World, &Kernels),
+    (rays, blocked): (&RayQueue, &mut [bool]),
+    passing: &mut Passing,
+    trace: &mut TraceScratch,
+) {
+    passing.buffer.wants_places = true;
+    passing.rays.truncate(0);
+    for i in (0..blocked.len()).filter(|i| blocked[*i]) {
+        let [org, dir] = [rays.org(i), rays.dir(i)].map(DVec3::from_array);
+        let queue = &mut passing.rays;
+        queue.push(org, dir, rays.t_max[i], i as u32, [1.0; 3], rays.kind[i]);
+    }
+    for _ in 0..MOST_PASSED {
+        let count = passing.rays.len();
+        if count == 0 {
+            break;
+        }
+        passing.trace(world, kernels, trace);
+        for i in (0..count).filter(|i| passing.instance[*i] == HitId::NONE.instance) {
+            blocked[passing.rays.pixel[i] as usize] = false;
+        }
+        fill_hit_buffer(
+            (world, kernels.precision),
+            (&passing.rays, 0..count),
+            (&passing.t, &passing.instance, &passing.primitive),
+            &mut passing.buffer,
+        );
+        for hit in 0..passing.buffer.len() {
+            let buffer = &passing.buffer;
+            if is_there(&world.scene, buffer.material[hit], &buffer.places[hit]) {
+                continue;
+            }
+            let at = buffer.row[hit] as usize;
+            let queue = &mut passing.rays;
+            let (row, kind) = (queue.pixel[at], queue.kind[at]);
+            let dir = DVec3::from_array(queue.dir(at));
+            let org = buffer.surface(hit).leave(dir);
+            let end = (f64::from(queue.t_max[at]) - passing.t[at]) as f32;
+            match end > 0.0 {
+                true => queue.push(org, dir, end, row, [1.0; 3], kind),
+                false => blocked[row as usize] = false,
+            }
+        }
+        passing.rays.drop_first(count);
     }
 }
 

@@ -154,15 +154,7 @@ impl Integrator<'_> {
                 primitive,
             },
         };
-        // What is shaded starts from the t of lanes in every exact precision, so that pictures
-        // do not depend on which it is.
-        let lanes = &Kernels {
-            precision: match self.kernels.precision {
-                Precision::Exact => Precision::Guarded,
-                other => other,
-            },
-            ..self.kernels
-        };
+        let lanes = &self.lanes();
         // An item list finds the closest hit without temporal bounds.
         match (self.items, &mut statistics.memory) {
             (Some((items, tile)), _) if depth == 0 => {
@@ -180,7 +172,7 @@ impl Integrator<'_> {
                 instance: &mut instance[..],
                 primitive: &mut primitive[..],
             };
-            let scratch = (passing, &mut *buffer, &mut **trace);
+            let scratch = (&mut *passing, &mut *buffer, &mut **trace);
             pass_cutouts(
                 (self.world, lanes),
                 (&mut *queue, rays.clone()),
@@ -253,7 +245,7 @@ impl Integrator<'_> {
             self.add_direct_light(
                 (queue, depth),
                 buffer,
-                (shadows, trace),
+                (shadows, passing, trace),
                 cache,
                 film,
                 statistics,
@@ -273,6 +265,18 @@ impl Integrator<'_> {
             }
         }
         queues.at(depth).truncate(first);
+    }
+
+    /// Returns the kernels of hits that are shaded: they start from the t of lanes in every exact
+    /// precision, so that pictures do not depend on which it is.
+    fn lanes(&self) -> Kernels {
+        Kernels {
+            precision: match self.kernels.precision {
+                Precision::Exact => Precision::Guarded,
+                other => other,
+            },
+            ..self.kernels
+        }
     }
 
     /// Says whether a material varies from hit to hit.

@@ -278,3 +278,102 @@ fn textured_pictures_show_no_threads_tiles_and_lanes() {
     };
     assert_eq!(bits(exact, plain, 2), expected);
 }
+
+/// Returns what an orthographic window on the middle of a square shows, whose material is white
+/// and matte and whose normal map tilts by (0.6, 0, 0.8), lit from a direction.
+fn tilted(place: glam::DAffine3, towards: DVec3, from: f64) -> f32 {
+    let mut scene = SceneBuilder::default();
+    // 0.6 is 204 of 255, 0 is 127.5, 0.8 is 229.5.
+    let codes = [204.0, 127.5, 229.5].map(|code: f64| (code * 257.0) as u16);
+    let image = scene.image(Texels::Words(codes.to_vec()), 3, false, [1, 1]);
+    let white = Material {
+        model: lanecast::internals::scene::Model::Phong {
+            diffuse: [1.0; 3],
+            specular: [0.0; 3],
+            exponent: 1.0,
+            mirror: [0.0; 3],
+        },
+        ..Material::default()
+    };
+    let id = scene.material("", white);
+    let refs = [(Slot::Normal, TextureRef::plain(image))];
+    scene.texture(id, Texturing::default(), &refs);
+    let mesh = MeshData {
+        // Along x, with the bitangent along y.
+        tangents: vec![[32_767, 0, 0, 32_767]; 6],
+        normals: vec![[0.0, 0.0, 1.0]; 4],
+        ..square([u16::MAX; 4])
+    };
+    let shape = scene.mesh("", &mesh);
+    let placed = scene.transform(place.into());
+    scene.instance("", Edge::shape(shape).transform(placed).material(id));
+    scene.light(lanecast::Light::Directional {
+        direction: -towards,
+        irradiance: [std::f32::consts::PI; 3],
+        angle: 0.0,
+    });
+    let camera = Camera::orthographic(DVec3::Z * from, DVec3::ZERO, DVec3::Y, 1e-6);
+    scene.camera("", camera);
+    let scene = scene.finish().unwrap();
+    render(&scene, Choices::default(), &config(2, 8))[0][0]
+}
+
+#[test]
+fn a_normal_map_tilts_what_light_sees() {
+    let towards = DVec3::new(0.48, 0.36, 0.8);
+    let (tilt, mirrored) = (DVec3::new(0.6, 0.0, 0.8), DVec3::new(-0.6, 0.0, 0.8));
+    let here = tilted(glam::DAffine3::IDENTITY, towards, 3.0);
+    assert!((f64::from(here) - tilt.dot(towards)).abs() < 1e-4, "{here}");
+    // Mirrored, the map leans to the other side.
+    let flip = glam::DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
+    let there = tilted(flip, towards, 3.0);
+    assert!(
+        (f64::from(there) - mirrored.dot(towards)).abs() < 1e-4,
+        "{there}"
+    );
+    // From behind, the whole frame is turned.
+    let behind = tilted(glam::DAffine3::IDENTITY, -towards, -3.0);
+    assert!(
+        (f64::from(behind) - tilt.dot(towards)).abs() < 1e-4,
+        "{behind}"
+    );
+}
+
+#[test]
+fn a_number_that_an_image_scales_is_that_of_the_product() {
+    // A clear coat of a half is one of 1 whose image says 0.5, sample by sample.
+    let of = |clearcoat: f32, code: Option<u16>| {
+        let mut scene = SceneBuilder::default();
+        let material = Material {
+            layers: Layers {
+                clearcoat,
+                clearcoat_roughness: 0.3,
+                ..Layers::default()
+            },
+            ..Material::metallic_roughness([0.5, 0.4, 0.3], 0.0, 0.6)
+        };
+        let id = scene.material("", material);
+        if let Some(code) = code {
+            let image = scene.image(Texels::Words(vec![code]), 1, false, [1, 1]);
+            let refs = [(Slot::Clearcoat, TextureRef::plain(image))];
+            scene.texture(id, Texturing::default(), &refs);
+        }
+        let shape = scene.mesh("", &square([u16::MAX; 4]));
+        scene.instance("", Edge::shape(shape).material(id));
+        scene.light(lanecast::Light::Directional {
+            direction: DVec3::new(0.2, 0.1, -1.0),
+            irradiance: [2.0; 3],
+            angle: 0.1,
+        });
+        let camera = Camera::orthographic(DVec3::Z * 3.0, DVec3::ZERO, DVec3::Y, 2.0);
+        scene.camera("", camera);
+        let scene = scene.finish().unwrap();
+        render(&scene, Choices::default(), &config(8, 8))
+    };
+    // 21845 is a third of 65535; a third of 0.75 is 0.25.
+    assert_eq!(
+        of(0.75, Some(21_845)),
+        of(0.75 * (21_845.0 / 65_535.0), None)
+    );
+    assert_ne!(of(0.75, Some(21_845)), of(0.75, None));
+}

@@ -60,7 +60,9 @@ impl Geometry<Libm> for Corners<'_> {
     fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
         // A primitive may lack the set.
         let uv = self.mesh.uvs[self.set].get(self.vertex(face, corner));
-        uv.copied().unwrap_or_default()
+        let [u, v] = uv.copied().unwrap_or_default();
+        // v counts downwards in files, but the bitangent of normal maps points up.
+        [u, 1.0 - v]
     }
 
     fn set_tangent(&mut self, space: Option<TangentSpace>, face: usize, corner: usize) {

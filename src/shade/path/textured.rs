@@ -6,7 +6,9 @@ use super::state::{Cone, Paths};
 use super::{Look, PathTracer, SampleNumbers};
 use crate::light::bsdf::{Bsdf, Looks, Variation};
 use crate::math::lanes::Lanes;
-use crate::scene::{Alpha, Material, Model, Rgb, Slot, TextureRef, TexturedMaterial, Texturing};
+use crate::scene::{
+    Alpha, Material, MaterialId, Model, Rgb, Slot, TextureRef, TexturedMaterial, Texturing,
+};
 use crate::shade::columns::{STEP, Singles};
 use crate::shade::hit_buffer::HitBuffer;
 use crate::shade::hits::fill_hit_buffer;
@@ -41,9 +43,10 @@ impl Varied {
         self.refs.iter().any(|(of, _)| *of == slot)
     }
 
-    fn row(&self, material: crate::scene::MaterialId) -> TexturedMaterial<'_> {
+    fn row(&self) -> TexturedMaterial<'_> {
         TexturedMaterial {
-            material,
+            // Whose it is does not matter for look-ups.
+            material: MaterialId(0),
             texturing: &self.texturing,
             refs: &self.refs,
         }
@@ -214,7 +217,7 @@ impl PathTracer<'_> {
         let ray = buffer.row[hit as usize] as usize;
         let [texel, level, ..] = self.picks(at, wave, ray);
         let footprint = self.footprint(wave, (buffer, hit), [texel, level]);
-        let row = varied.row(crate::scene::MaterialId(0));
+        let row = varied.row();
         let [r, g, b, _] = colored(scene, &row, own.base_color, (place, footprint));
         own.base_color = [r, g, b];
         for (slot, texture) in &varied.refs {
@@ -249,7 +252,7 @@ impl PathTracer<'_> {
                 roughness,
             } => (*metallic, *roughness) = (looks.metallic, looks.roughness),
             Model::Phong { diffuse, .. } => {
-                let row = varied.row(crate::scene::MaterialId(0));
+                let row = varied.row();
                 let [r, g, b, _] = colored(scene, &row, *diffuse, (place, footprint));
                 *diffuse = [r, g, b];
             }
@@ -284,7 +287,7 @@ impl PathTracer<'_> {
             }
         }
         if look.material.layers.unlit {
-            let row = varied.row(crate::scene::MaterialId(0));
+            let row = varied.row();
             let color = colored(scene, &row, look.material.base_color, (place, footprint));
             shown = std::array::from_fn(|k| shown[k] + color[k]);
         }
@@ -293,7 +296,7 @@ impl PathTracer<'_> {
 
     /// Returns the share of a surface that is there at a place.
     pub(super) fn opacity_at(&self, look: &Look, varied: &Varied, place: &Place) -> f32 {
-        let row = varied.row(crate::scene::MaterialId(0));
+        let row = varied.row();
         let point = Footprint::POINT;
         let [.., alpha] = colored(&self.world.scene, &row, [0.0; 3], (place, point));
         match varied.texturing.alpha {
@@ -339,7 +342,8 @@ impl PathTracer<'_> {
                 0 => &*hits,
                 _ => &*found,
             };
-            if !self.may_pass(some, count) {
+            let mut met = some.instance[..count].iter();
+            if met.all(|instance| *instance == HitId::NONE.instance) {
                 break;
             }
             let queue = if round == 0 { &wave.rays } else { &*rays };
@@ -400,13 +404,6 @@ impl PathTracer<'_> {
                 break;
             }
         }
-    }
-
-    /// Says whether some hit is one of an instance at all: a wave of the sky alone passes
-    /// nothing.
-    fn may_pass(&self, hits: &HitColumns, count: usize) -> bool {
-        let mut all = hits.instance[..count].iter();
-        all.any(|instance| *instance != HitId::NONE.instance)
     }
 
     /// Bends the shading normals of hits by the normal maps of their materials.

@@ -216,3 +216,45 @@ fn colours_of_vertices_have_any_type_and_need_no_material() {
     assert!(scene.textures.iter().next().unwrap().texturing.vertex_color);
     assert_eq!(scene.meshes.parts, [(0, Some(crate::scene::MaterialId(0)))]);
 }
+
+#[test]
+fn a_variant_is_shown_by_its_name() {
+    let bin = points();
+    let mut d = document(&bin);
+    set(&mut d, "/accessors/0/count", json!(3));
+    set(
+        &mut d,
+        "/materials",
+        json!([{"name": "plain"}, {"name": "red"}]),
+    );
+    set(
+        &mut d,
+        "/extensions",
+        json!({"KHR_materials_variants": {"variants": [{"name": "day"}, {"name": "night"}]}}),
+    );
+    set(&mut d, "/meshes/0/primitives/0/material", json!(0));
+    set(
+        &mut d,
+        "/meshes/0/primitives/0/extensions",
+        json!({"KHR_materials_variants": {"mappings": [{"material": 1, "variants": [1]}]}}),
+    );
+    let shown = |variant: Option<&str>| {
+        on_disk(&glb(&d, &bin), |path| {
+            let options = LoadOptions {
+                variant: variant.map(Into::into),
+                ..LoadOptions::default()
+            };
+            let loaded = crate::load(path, &options).map_err(|e| e.to_string())?;
+            Ok(loaded.scene.meshes.parts[0].1.map(|id| id.0))
+        })
+    };
+    assert_eq!(shown(None), Ok(Some(0)));
+    assert_eq!(shown(Some("day")), Ok(Some(0)));
+    assert_eq!(shown(Some("night")), Ok(Some(1)));
+    let said: Result<Option<u32>, String> = shown(Some("dusk"));
+    let said = said.unwrap_err();
+    assert!(
+        said.contains("no variant 'dusk'; known are day, night"),
+        "{said}"
+    );
+}

@@ -59,7 +59,7 @@ fn scene(material: Material, texturing: Texturing, nearest: bool, below: [u16; 4
     scene.environment(lanecast::internals::scene::Environment {
         width: 1,
         height: 1,
-        pixels: vec![[1.0; 3]],
+        pixels: vec![[1.0; 3]].into(),
         rotation: 0.0,
         scale: [1.0; 3],
     });

@@ -84,6 +84,10 @@ pub struct LoadOptions {
     /// Files that the program will write later. A scene that names one of them is refused,
     /// because writing would replace its own input.
     pub outputs: Vec<PathBuf>,
+    /// Keeps texture coordinates of mesh files even where no material of theirs has textures.
+    pub keeps_uvs: bool,
+    /// The variant of a glTF file's materials to show, by its name.
+    pub variant: Option<String>,
 }
 
 /// Reads, checks and completes a scene file: `.toml`, `.json`, `.gltf`, `.glb`,
@@ -121,6 +125,13 @@ fn import(
     report: &mut ImportReport,
 ) -> Result<Option<native::SourceSpans>, LoadError> {
     let native = |syntax, scene, report| native::import(path, syntax, options, scene, report);
+    if options.variant.is_some() && !matches!(&*extension(path), "gltf" | "glb") {
+        return Err(LoadError::Unsupported {
+            path: path.into(),
+            what: "--variant of a file that is no .gltf or .glb".into(),
+            remedy: Some("leave it out".into()),
+        });
+    }
     match &*extension(path) {
         "toml" => return native(native::Syntax::Toml, scene, report).map(Some),
         "json" => return native(native::Syntax::Json, scene, report).map(Some),

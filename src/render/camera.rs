@@ -96,6 +96,17 @@ impl RayGenerator {
         [x, y].map(|c| f64::from(c) + self.within(0.5))
     }
 
+    /// Returns the width of a pixel's cone at the eye, and how much wider it gets per unit of way.
+    pub fn pixel_cone(&self) -> [f64; 2] {
+        let across = 2.0 * self.half_height() / self.height;
+        match self.camera.projection {
+            Projection::Orthographic { .. } => [across, 0.0],
+            Projection::Panorama => [0.0, PI / self.height],
+            Projection::Fisheye { half_angle, .. } => [0.0, 2.0 * half_angle / self.height],
+            _ => [0.0, across],
+        }
+    }
+
     fn half_height(&self) -> f64 {
         self.camera.projection.half_height()
     }

@@ -14,7 +14,7 @@ use crate::light::filter::Filter;
 use crate::light::sampler::Sampler;
 use crate::math::lanes::{Lanes, Words};
 use crate::plan::Kernels;
-use crate::scene::{Material, Model, Rgb, studio};
+use crate::scene::{Material, Model, Rgb, Textures, studio};
 use crate::shade::path::{
     Irradiance, LayerPlan, LayerSlots, Luminaires, Materials, MediaField, PathScratch, PathTracer,
     SampleNumbers, Seen, Slot, UseMode,
@@ -30,6 +30,12 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// What stands behind things in the studio: a light grey.
 pub const STUDIO_BACKDROP: Rgb = [0.72; 3];
+
+/// Up to this many samples, textures are filtered; with more, samples take single texels.
+const MOST_FILTERED: u32 = 4;
+
+/// The least share of a pixel's width that a sample stands for: the pixel filter is no finer.
+const LEAST_SHARE: f64 = 0.125;
 
 /// What all tiles of a path-traced picture share.
 pub struct PathPicture {
@@ -50,12 +56,14 @@ pub struct PathPicture {
 }
 
 impl PathPicture {
-    /// Says whether there are meshes with vertex normals, and whether paths may pass surfaces.
-    pub(super) fn kinds(&self) -> (bool, bool, bool) {
+    /// Says whether there are meshes with vertex normals, whether paths may pass surfaces, and
+    /// whether there are a cache and textures.
+    pub(super) fn kinds(&self) -> (bool, bool, bool, bool) {
         (
             self.smooth,
             self.materials.has_holes(),
             self.cache.is_some(),
+            self.materials.has_textures(),
         )
     }
 
@@ -67,13 +75,13 @@ impl PathPicture {
         let (luminaires, materials, max_depth) = match config.integrator {
             Integrator::Path => (
                 Luminaires::of((scene, &view.world.instances), view.lights, environment),
-                Materials::new(&scene.materials.rows),
+                Materials::new(&scene.materials.rows, &scene.textures),
                 config.max_depth,
             ),
             // Ambient occlusion is a white world under a white sky, lit once.
             Integrator::Ao => (
                 Luminaires::white_sky(),
-                Materials::new(&vec![white(); scene.materials.len()]),
+                Materials::new(&vec![white(); scene.materials.len()], &Textures::default()),
                 1,
             ),
             _ => return None,
@@ -295,6 +303,8 @@ impl PathTile<'_> {
             kernels: Kernels {
                 ..self.view.kernels
             },
+            cone: self.cone(),
+            picks_texels: picture.samples > MOST_FILTERED,
             luminaires: &picture.luminaires,
             materials: &picture.materials,
             sampler: picture.sampler,
@@ -308,6 +318,13 @@ impl PathTile<'_> {
             only_indirect: false,
             cancel: self.cancel,
         }
+    }
+
+    /// Returns the width of camera rays and how it grows: a pixel's, or less where its samples
+    /// share it.
+    fn cone(&self) -> [f32; 2] {
+        let share = (1.0 / f64::from(self.picture.samples).sqrt()).max(LEAST_SHARE);
+        self.generator.pixel_cone().map(|of| (of * share) as f32)
     }
 
     /// Queues a camera ray for each pixel, through a point that the filter chooses.

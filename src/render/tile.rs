@@ -28,7 +28,7 @@ use crate::scene::{Camera, Light, Rgb};
 use crate::shade::path::Slot;
 use crate::shade::{
     Doubles, Integrator, MaterialFlags, Memory, RayCounts, STEP, Scratch, Statistics, Surface,
-    barycentrics,
+    barycentrics, material_at, place_of,
 };
 use crate::trace::{
     HitId, ItemBuffer, RayKind, ScratchPool, ShadowCache, TURNED, TraceScratch, TracedRay,
@@ -696,6 +696,15 @@ impl Tile<'_> {
         };
         let (x, y) = self.place(row);
         let (org, dir) = generator.ray(x, y, [0.5; 2]);
+        let mut albedo = material.base_color;
+        let scene = &self.view.world.scene;
+        if surface
+            .material
+            .is_some_and(|id| scene.textures.of(id).is_some())
+        {
+            let place = place_of(self.view.world, (org, dir), id);
+            albedo = material_at(scene, (surface.material, &material), &place).base_color;
+        }
         let camera = &self.view.camera;
         let camera_normal = [camera.right, camera.up, -camera.forward].map(|v| v.dot(surface.ns));
         let uv = match self.config.aovs.uv {
@@ -706,7 +715,7 @@ impl Tile<'_> {
             depth: generator.depth(surface.point) as f32,
             position: surface.point.to_array().map(|x| x as f32),
             normal: surface.ns.to_array().map(|x| x as f32),
-            albedo: material.base_color,
+            albedo,
             instance: id.instance,
             primitive: id.primitive & !TURNED,
             distance: (surface.point - org).length() as f32,

@@ -2,6 +2,7 @@
 
 use super::columns::{Column3, Doubles, STEP, repeat_last, scatter};
 use super::surface::{Surface, Surfaces};
+use super::textures::Place;
 use crate::math::lanes::Lanes;
 use crate::math::{Vec3, units};
 use crate::scene::MaterialId;
@@ -25,6 +26,9 @@ pub struct HitBuffer<'b> {
     /// From the hit to the surface that vertex normals suggest, where it is asked for.
     pub lift: Column3<'b, Doubles>,
     pub wants_lift: bool,
+    /// Where hits lie on their triangles, where textures are asked for.
+    pub places: ArenaVec<'b, Place>,
+    pub wants_places: bool,
     len: usize,
 }
 
@@ -44,6 +48,8 @@ impl<'b> HitBuffer<'b> {
             incoming: columns(),
             lift: Column3::with_capacity(0, arena),
             wants_lift: false,
+            places: ArenaVec::new_in(arena),
+            wants_places: false,
             len: 0,
         }
     }
@@ -62,6 +68,10 @@ impl<'b> HitBuffer<'b> {
         if self.wants_lift {
             self.lift.truncate(0);
             self.lift.resize(rows, [0.0; 3]);
+        }
+        if self.wants_places {
+            self.places.clear();
+            self.places.resize(rows, Place::NOWHERE);
         }
         self.row.resize(rows, 0);
         self.material.resize(rows, None);
@@ -100,6 +110,9 @@ impl<'b> HitBuffer<'b> {
         if self.wants_lift {
             self.lift.repeat_last(len);
         }
+        if self.wants_places {
+            repeat_last(&mut self.places, len);
+        }
         repeat_last(&mut self.row, len);
         repeat_last(&mut self.material, len);
         repeat_last(&mut self.side, len);
@@ -109,6 +122,12 @@ impl<'b> HitBuffer<'b> {
             let unit = units(self.incoming.step(first));
             self.incoming.set_step(first, unit);
         }
+    }
+
+    /// Pads the shading normals again, after some of them are changed.
+    pub fn finish_normals(&mut self) {
+        let len = self.len;
+        self.ns.repeat_last(len);
     }
 
     pub fn len(&self) -> usize {

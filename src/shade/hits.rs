@@ -97,5 +97,12 @@ impl<'w> PendingHits<'w> {
             let lift = self.interaction.lift(&surfaces, &primitives);
             buffer.lift.scatter(&hits, lift);
         }
+        if buffer.wants_places
+            && let Some(places) = self.interaction.places(&surfaces, &primitives)
+        {
+            for (hit, place) in hits.iter().zip(places).take(self.len) {
+                buffer.places[*hit as usize] = place;
+            }
+        }
     }
 }

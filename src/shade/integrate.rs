@@ -8,11 +8,13 @@
 //! width changes the picture.
 
 use super::bsdf::{MaterialFlags, sample_bsdf, spawns_rays};
+use super::cutouts::{HitSlices, Passing, has_cutouts, pass_cutouts};
 use super::hit_buffer::HitBuffer;
 use super::hits::fill_hit_buffer;
 use super::ray_queue::{BATCH, RayQueue, RayQueues};
 use super::statistics::{Statistics, count_rays, record_ray};
 use super::surface::Surface;
+use super::textures::material_at;
 use crate::accel::World;
 use crate::plan::{Kernels, Precision};
 use crate::scene::{Light, Material, MaterialId, Rgb};
@@ -42,6 +44,7 @@ pub struct Scratch<'b> {
     primitive: ArenaVec<'b, u32>,
     buffer: HitBuffer<'b>,
     shadows: ShadowRays<'b>,
+    passing: Passing<'b>,
     trace: &'b mut TraceScratch,
 }
 
@@ -55,6 +58,7 @@ impl<'b> Scratch<'b> {
             primitive: ArenaVec::with_capacity_in(BATCH, arena),
             buffer: HitBuffer::with_capacity(BATCH, arena),
             shadows: ShadowRays::new(arena),
+            passing: Passing::new(arena),
         }
     }
 
@@ -95,6 +99,8 @@ impl Integrator<'_> {
         statistics: &mut Statistics,
         mut primary: PrimaryHit,
     ) {
+        let textures = &self.world.scene.textures;
+        scratch.buffer.wants_places = !textures.is_empty();
         let mut depth = 0;
         loop {
             if self.cancel.load(Relaxed) {
@@ -131,6 +137,7 @@ impl Integrator<'_> {
             primitive,
             buffer,
             shadows,
+            passing,
             trace,
         } = scratch;
         let queue = queues.at(depth);
@@ -147,15 +154,7 @@ impl Integrator<'_> {
                 primitive,
             },
         };
-        // What is shaded starts from the t of lanes in every exact precision, so that pictures
-        // do not depend on which it is.
-        let lanes = &Kernels {
-            precision: match self.kernels.precision {
-                Precision::Exact => Precision::Guarded,
-                other => other,
-            },
-            ..self.kernels
-        };
+        let lanes = &self.lanes();
         // An item list finds the closest hit without temporal bounds.
         match (self.items, &mut statistics.memory) {
             (Some((items, tile)), _) if depth == 0 => {
@@ -166,6 +165,20 @@ impl Integrator<'_> {
                 memory.closest(self.world, lanes, &batch, hits, trace);
             }
             _ => closest(self.world, lanes, &batch, hits, trace),
+        }
+        if buffer.wants_places && has_cutouts(&self.world.scene) {
+            let hits = &mut HitSlices {
+                t: &mut t[..],
+                instance: &mut instance[..],
+                primitive: &mut primitive[..],
+            };
+            let scratch = (&mut *passing, &mut *buffer, &mut **trace);
+            pass_cutouts(
+                (self.world, lanes),
+                (&mut *queue, rays.clone()),
+                hits,
+                scratch,
+            );
         }
         count_rays(
             &queue.kind[rays.clone()],
@@ -195,7 +208,11 @@ impl Integrator<'_> {
         }
         if self.material_flags.emits {
             for hit in 0..buffer.len() {
-                let emission = self.material(buffer.material[hit]).emission;
+                let id = buffer.material[hit];
+                let mut emission = self.material(id).emission;
+                if emission != [0.0; 3] && self.varies(id) {
+                    emission = self.material_of((buffer, hit)).emission;
+                }
                 if emission != [0.0; 3] {
                     add(film, queue, buffer.row[hit] as usize, emission);
                 }
@@ -228,7 +245,7 @@ impl Integrator<'_> {
             self.add_direct_light(
                 (queue, depth),
                 buffer,
-                (shadows, trace),
+                (shadows, passing, trace),
                 cache,
                 film,
                 statistics,
@@ -238,12 +255,41 @@ impl Integrator<'_> {
             let (queue, next) = queues.pair(depth);
             for i in 0..buffer.len() {
                 let material = self.material(buffer.material[i]);
-                if spawns_rays(material) {
-                    spawn(queue, (buffer, i), material, next);
+                if !spawns_rays(material) {
+                    continue;
+                }
+                match self.varies(buffer.material[i]) {
+                    false => spawn(queue, (buffer, i), material, next),
+                    true => spawn(queue, (buffer, i), &self.material_of((buffer, i)), next),
                 }
             }
         }
         queues.at(depth).truncate(first);
+    }
+
+    /// Returns the kernels of hits that are shaded: they start from the t of lanes in every exact
+    /// precision, so that pictures do not depend on which it is.
+    fn lanes(&self) -> Kernels {
+        Kernels {
+            precision: match self.kernels.precision {
+                Precision::Exact => Precision::Guarded,
+                other => other,
+            },
+            ..self.kernels
+        }
+    }
+
+    /// Says whether a material varies from hit to hit.
+    fn varies(&self, id: Option<MaterialId>) -> bool {
+        let textures = &self.world.scene.textures;
+        !textures.is_empty() && id.is_some_and(|id| textures.of(id).is_some())
+    }
+
+    /// Returns the material of a hit that varies.
+    fn material_of(&self, (buffer, hit): (&HitBuffer, usize)) -> Material {
+        let id = buffer.material[hit];
+        let own = (id, self.material(id));
+        material_at(&self.world.scene, own, &buffer.places[hit])
     }
 
     #[inline(always)]

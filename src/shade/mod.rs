@@ -3,6 +3,7 @@
 mod barycentric;
 mod bsdf;
 mod columns;
+mod cutouts;
 mod hit_buffer;
 mod hits;
 mod integrate;
@@ -13,6 +14,7 @@ mod projection;
 mod ray_queue;
 mod statistics;
 mod surface;
+mod textures;
 
 pub use barycentric::barycentrics;
 pub use bsdf::{BsdfSample, MaterialFlags, reflected, sample_bsdf, spawns_rays};
@@ -21,3 +23,4 @@ pub use integrate::{Integrator, Scratch};
 pub use ray_queue::{BATCH, RayQueue};
 pub use statistics::{Memory, RayCounts, Statistics};
 pub use surface::Surface;
+pub use textures::{Place, material_at, place_of};

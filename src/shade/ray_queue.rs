@@ -144,6 +144,11 @@ impl<'b> RayQueue<'b> {
         }
     }
 
+    /// Moves the origin of a ray.
+    pub fn set_org(&mut self, ray: usize, org: [f64; 3]) {
+        self.org.set(ray, org);
+    }
+
     pub fn truncate(&mut self, rays: usize) {
         self.org.truncate(rays);
         self.dir.truncate(rays);

@@ -258,7 +258,7 @@ pub(super) fn lift_onto_smooth<D: Lanes<Scalar = f64>>(
 /// Unnormalised barycentric coordinates of a point in the plane, not clamped; the sums
 /// serve for normals, which are normalised later.
 #[inline(always)]
-fn weights<D: Lanes>([a, b, c]: [Vec3<D>; 3], n: Vec3<D>, at: Vec3<D>) -> [D; 3] {
+pub(super) fn weights<D: Lanes>([a, b, c]: [Vec3<D>; 3], n: Vec3<D>, at: Vec3<D>) -> [D; 3] {
     let area = |p: Vec3<D>, q: Vec3<D>| (p - at).cross(q - at).dot(n);
     [area(b, c), area(c, a), area(a, b)]
 }

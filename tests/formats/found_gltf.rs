@@ -177,7 +177,7 @@ fn required_extensions_beside_geometry_are_warnings() {
     }
     let mut document = cube();
     for (name, is_read) in [
-        ("KHR_materials_variants", true),
+        ("KHR_materials_unheard_of", true),
         ("KHR_xmp_json_ld", true),
         ("MSFT_texture_dds", true),
         ("KHR_draco_mesh_compression", false),

@@ -13,6 +13,7 @@ mod media;
 mod pictures;
 mod sampling;
 mod smooth;
+mod textured;
 
 #[global_allocator]
 static ALLOCATOR: allocations::Counting = allocations::Counting;

@@ -299,6 +299,7 @@ impl MeasureArgs {
         LoadOptions {
             allow_outside: self.allow_outside,
             outputs,
+            ..LoadOptions::default()
         }
     }
 }
@@ -451,6 +452,9 @@ pub struct CommonArgs {
     /// Name of a camera or of its node, or its number from 0 [default: the first]
     #[arg(long, value_name = "NAME|INDEX")]
     pub camera: Option<String>,
+    /// Variant of a glTF file's materials (KHR_materials_variants) [default: none]
+    #[arg(long, value_name = "NAME")]
+    pub variant: Option<String>,
 }
 
 impl ProbeArgs {
@@ -458,6 +462,7 @@ impl ProbeArgs {
         LoadOptions {
             allow_outside: self.allow_outside,
             outputs,
+            ..LoadOptions::default()
         }
     }
 }
@@ -467,6 +472,7 @@ impl ExportArgs {
         LoadOptions {
             allow_outside: self.allow_outside,
             outputs,
+            ..LoadOptions::default()
         }
     }
 }
@@ -648,6 +654,8 @@ impl CommonArgs {
         LoadOptions {
             allow_outside: self.allow_outside,
             outputs,
+            variant: self.variant.clone(),
+            ..LoadOptions::default()
         }
     }
 

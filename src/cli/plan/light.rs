@@ -44,7 +44,7 @@ impl Light {
         let sky = scene.environment.as_ref().or(made.as_ref());
         let luminaires = Luminaires::of((scene, instances), &scene.lights, sky);
         let rows = &scene.materials.rows;
-        let materials = Materials::new(rows);
+        let materials = Materials::new(rows, &scene.textures);
         let media = rows.iter().filter(|m| is_medium(m)).count();
         let asks_solids = MediaField::of(scene, instances, &materials, DVec3::splat(f64::MAX))
             .solids

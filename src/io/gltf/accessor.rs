@@ -22,8 +22,10 @@ pub(super) enum Accept {
     Normal,
     /// Numbers of joints: 8 and 16 bits without sign.
     Joint,
-    /// Weights: f32, or 8 and 16 bits without sign and normalised.
+    /// Weights, and colours: f32, or 8 and 16 bits without sign and normalised.
     Weight,
+    /// Texture coordinates of KHR_mesh_quantization: f32, or 8 and 16 bits.
+    Coordinate,
 }
 
 impl Accept {
@@ -34,9 +36,34 @@ impl Accept {
             Accept::Position => matches!(kind, F32 | I8 | U8 | I16 | U16),
             Accept::Normal => kind == F32 || matches!(kind, I8 | I16) && normalized,
             Accept::Joint => matches!(kind, U8 | U16) && !normalized,
+            Accept::Coordinate => matches!(kind, F32 | I8 | U8 | I16 | U16),
             Accept::Weight => kind == F32 || matches!(kind, U8 | U16) && normalized,
         }
     }
+}
+
+/// Reads a column of pairs, converted to f64.
+pub(super) fn pairs(
+    file: &File,
+    id: Index<Accessor>,
+    accept: &Accept,
+    place: &str,
+) -> Result<Vec<[f64; 2]>, LoadError> {
+    tuples(file, id, (Type::Vec2, "VEC2"), accept, place)
+}
+
+/// Reads a column of colours, with alpha 1 where they have none, converted to f64.
+pub(super) fn colors(
+    file: &File,
+    id: Index<Accessor>,
+    place: &str,
+) -> Result<Vec<[f64; 4]>, LoadError> {
+    let (accessor, ..) = header(file, id, place)?;
+    if accessor.type_ != Checked::Valid(Type::Vec3) {
+        return quadruples(file, id, &Accept::Weight, place);
+    }
+    let rgb = triples(file, id, &Accept::Weight, place)?;
+    Ok(rgb.iter().map(|[r, g, b]| [*r, *g, *b, 1.0]).collect())
 }
 
 /// Reads a column of triples, converted to f64.
@@ -251,26 +278,7 @@ fn range<'f>(
 ) -> Result<(&'f [u8], usize), LoadError> {
     let wrong = |message: String| file.invalid(place, &message);
     let id = view.value();
-    let view = file.root.buffer_views.get(id).ok_or_else(|| {
-        let all = file.root.buffer_views.len();
-        wrong(format!("refers to bufferView {id}, but there are {all}"))
-    })?;
-    let buffer = view.buffer.value();
-    let bytes = file.buffers.get(buffer).ok_or_else(|| {
-        wrong(format!(
-            "bufferView {id} refers to buffer {buffer}, which does not exist or has no data"
-        ))
-    })?;
-    let start = view.byte_offset.map_or(0, |o| o.0);
-    let end = start.checked_add(view.byte_length.0);
-    let Some(end) = end.filter(|end| *end <= bytes.len() as u64) else {
-        return Err(wrong(format!(
-            "bufferView {id} spans bytes {start} to {start}+{}, but buffer {buffer} has only {}",
-            view.byte_length.0,
-            bytes.len()
-        )));
-    };
-    let bytes = &bytes[start as usize..end as usize];
+    let (view, bytes) = bytes_of(file, view, place)?;
     // Some files write 0 for elements without gaps.
     let stride = view.byte_stride.map_or(0, |s| s.0);
     let stride = if stride == 0 { size } else { stride };
@@ -290,6 +298,45 @@ fn range<'f>(
         )));
     }
     Ok((&bytes[offset as usize..], stride))
+}
+
+/// Returns the bytes of a view. Fails if it does not exist or has no data.
+pub(super) fn view_bytes<'f>(
+    file: &'f File,
+    view: Index<View>,
+    place: &str,
+) -> Result<&'f [u8], LoadError> {
+    bytes_of(file, view, place).map(|(_, bytes)| bytes)
+}
+
+/// Looks up a view and its bytes.
+fn bytes_of<'f>(
+    file: &'f File,
+    view: Index<View>,
+    place: &str,
+) -> Result<(&'f View, &'f [u8]), LoadError> {
+    let wrong = |message: String| file.invalid(place, &message);
+    let id = view.value();
+    let view = file.root.buffer_views.get(id).ok_or_else(|| {
+        let all = file.root.buffer_views.len();
+        wrong(format!("refers to bufferView {id}, but there are {all}"))
+    })?;
+    let buffer = view.buffer.value();
+    let bytes = file.buffers.get(buffer).ok_or_else(|| {
+        wrong(format!(
+            "bufferView {id} refers to buffer {buffer}, which does not exist or has no data"
+        ))
+    })?;
+    let start = view.byte_offset.map_or(0, |o| o.0);
+    let end = start.checked_add(view.byte_length.0);
+    let Some(end) = end.filter(|end| *end <= bytes.len() as u64) else {
+        return Err(wrong(format!(
+            "bufferView {id} spans bytes {start} to {start}+{}, but buffer {buffer} has only {}",
+            view.byte_length.0,
+            bytes.len()
+        )));
+    };
+    Ok((view, &bytes[start as usize..end as usize]))
 }
 
 /// Reads a little-endian integer of one, two or four bytes.

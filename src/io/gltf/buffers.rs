@@ -89,7 +89,7 @@ impl<'a> Buffers<'a> {
 }
 
 /// Decodes the file name of a relative reference. Refuses URIs with a scheme.
-fn file_name(uri: &str) -> Result<String, String> {
+pub(super) fn file_name(uri: &str) -> Result<String, String> {
     let scheme = uri.split(['/', '?', '#']).next().unwrap_or_default();
     if scheme.contains(':') {
         return Err(format!(
@@ -107,7 +107,7 @@ fn file_name(uri: &str) -> Result<String, String> {
 }
 
 /// Decodes a data URI; `data` is what follows `data:`.
-fn data_uri(data: &str) -> Result<Vec<u8>, String> {
+pub(super) fn data_uri(data: &str) -> Result<Vec<u8>, String> {
     let (kind, data) = data
         .split_once(',')
         .ok_or("its data URI has no comma before the data")?;

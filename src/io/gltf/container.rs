@@ -5,6 +5,7 @@
 //! malformed ones; so every index is checked where it is used. If even the crate's parser
 //! refuses a file, the file is parsed again without the parts that are not imported.
 
+use super::texture::Sources;
 use crate::LoadError;
 use crate::shared::messages::{json_fault, one_line};
 use crate::shared::text::decode;
@@ -15,9 +16,9 @@ use serde_json::Value;
 use std::borrow::Cow;
 use std::path::Path;
 
-/// Extensions that are imported, or concern only textures, which are counted and not
-/// imported.
-const KNOWN_EXTENSIONS: [&str; 19] = [
+/// Extensions that are imported, or concern only textures, which are counted where they are
+/// not.
+const KNOWN_EXTENSIONS: [&str; 20] = [
     "EXT_mesh_gpu_instancing",
     "KHR_node_visibility",
     "KHR_lights_punctual",
@@ -32,6 +33,7 @@ const KNOWN_EXTENSIONS: [&str; 19] = [
     "KHR_materials_specular",
     "KHR_materials_transmission",
     "KHR_materials_unlit",
+    "KHR_materials_variants",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
     "KHR_texture_transform",
@@ -61,7 +63,7 @@ const BESIDE_GEOMETRY: [&str; 17] = [
     "xmp",
 ];
 
-/// Whether this extension is imported, or left out with the textures.
+/// Whether this extension is imported, or counted with the textures.
 pub(super) fn is_known_extension(name: &str) -> bool {
     KNOWN_EXTENSIONS.contains(&name)
 }
@@ -159,6 +161,8 @@ pub(super) struct Document {
     pub root: Root,
     /// One row per node.
     pub placements: Vec<Placement>,
+    /// What textures are made of.
+    pub sources: Sources,
     /// Kind and number of the things in the file that are not imported; `root` may lack them.
     pub unread: Vec<(&'static str, usize)>,
 }
@@ -207,10 +211,7 @@ pub(super) fn parse(path: &Path, json: &[u8]) -> Result<Document, LoadError> {
     let nodes: Nodes = serde_json::from_slice(json).map_err(syntax)?;
     let (root, unread) = match serde_json::from_slice::<Root>(json) {
         Ok(root) => {
-            let unread = vec![
-                ("texture", root.textures.len()),
-                ("animation", root.animations.len()),
-            ];
+            let unread = vec![("animation", root.animations.len())];
             (root, unread)
         }
         // The crate requires properties that the specification or an extension lets a file
@@ -218,6 +219,8 @@ pub(super) fn parse(path: &Path, json: &[u8]) -> Result<Document, LoadError> {
         Err(first) => without_unread(json).ok_or_else(|| syntax(first))?,
     };
     Ok(Document {
+        // A list that is none is that of a file without textures.
+        sources: serde_json::from_slice(json).unwrap_or_default(),
         root,
         placements: nodes.nodes,
         unread,
@@ -289,7 +292,7 @@ fn without_unread(json: &[u8]) -> Option<(Root, Vec<(&'static str, usize)>)> {
     let mut all: Value = serde_json::from_slice(json).ok()?;
     let mut unread = Vec::new();
     for (key, what) in [
-        ("textures", "texture"),
+        ("textures", ""),
         ("animations", "animation"),
         ("skins", "skin"),
         ("images", ""),

@@ -1,44 +1,286 @@
-//! Materials: metallic-roughness factors and the layers of the material extensions.
+//! Materials: metallic-roughness factors and the layers of the material extensions, with their
+//! textures.
 //!
-//! Textures are not imported but counted, also where they hold the alpha of a surface. What
-//! alpha hides for certain, 0 with BLEND or less than the cutoff with MASK, is left out of
-//! meshes. The scene's check refuses values out of range, and names the material.
+//! What alpha hides for certain, 0 with BLEND or less than the cutoff with MASK, is left out of
+//! meshes. Occlusion is light that paths find themselves, so its textures are left out. The
+//! scene's check refuses values out of range, and names the material.
 
 use super::File;
-use crate::scene::{Layers, Material, MaterialId, Model, Rgb, SceneBuilder};
+use super::texture::Images;
+use super::variant::material_in;
+use crate::scene::{
+    Alpha, Layers, Material, MaterialId, Model, Rgb, SceneBuilder, Slot, TextureRef, Texturing,
+};
 use crate::shared::messages::one_line;
-use crate::{ImportReport, LoadError};
+use crate::{Folder, ImportReport, LoadError};
 use gltf::json::material::AlphaMode;
+use gltf::json::mesh::Semantic;
 use gltf::json::validation::Checked;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
+use serde_json::Value;
 
-/// Adds one row per material of the file, in order, and returns their ids, `None` for those
-/// of invisible surfaces. Fails if an extension has a value of the wrong type.
+/// A material of the file.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Imported {
+    /// `None` for invisible surfaces.
+    pub id: Option<MaterialId>,
+    /// The number of sets of texture coordinates that its textures refer to.
+    pub sets: u8,
+    /// The set of the normal map, if there is one.
+    pub normal_set: Option<u8>,
+    /// Whether colours of vertices scale it.
+    pub vertex_color: bool,
+}
+
+/// The materials of a file, in order, and that of primitives that have colours of vertices and
+/// name no material.
+pub(super) struct Materials {
+    pub rows: Vec<Imported>,
+    pub unnamed: Imported,
+}
+
+/// Adds one row per material of the file, in order. Fails if an extension has a value of the
+/// wrong type.
 pub(super) fn import(
     file: &File,
+    folder: &Folder,
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
-) -> Result<Vec<Option<MaterialId>>, LoadError> {
-    let mut ids = Vec::with_capacity(file.root.materials.len());
+) -> Result<Materials, LoadError> {
+    let (colored, unnamed_colored) = with_vertex_colors(file);
+    let mut images = Images::new(file, folder);
+    let mut rows = Vec::with_capacity(file.root.materials.len());
     for (row, source) in file.root.materials.iter().enumerate() {
         let name = one_line(source.name.as_deref().unwrap_or_default());
-        let material = convert(source, report).map_err(|(extension, why)| {
+        let material = convert(source).map_err(|(extension, why)| {
             file.invalid(&format!("material {row}, {extension}"), &why)
         })?;
-        ids.push(material.map(|material| scene.material(&name, material)));
+        let Some(material) = material else {
+            rows.push(Imported::default());
+            continue;
+        };
+        if ior_is_zero(source) {
+            report.add("index of refraction 0");
+        }
+        let json = file.sources.materials.get(row).unwrap_or(&Value::Null);
+        let mut textured = textures(json, &mut images, scene, report);
+        // Nothing is scaled that is 0.
+        textured
+            .refs
+            .retain(|(slot, _)| *slot != Slot::Emission || material.emission != [0.0; 3]);
+        let texturing = Texturing {
+            alpha: alpha(
+                source,
+                &material,
+                textured.has_alpha || colored[row],
+                report,
+            ),
+            vertex_color: colored[row],
+            normal_scale: number(json, "/normalTexture/scale").unwrap_or(1.0),
+            film_least: number(json, FILM_LEAST).unwrap_or(100.0),
+        };
+        let id = scene.material(&name, material);
+        if !textured.refs.is_empty() || colored[row] {
+            scene.texture(id, texturing, &textured.refs);
+        }
+        let sets = textured.refs.iter().map(|(_, of)| of.uv_set + 1);
+        let normal = textured.refs.iter().find(|(slot, _)| *slot == Slot::Normal);
+        rows.push(Imported {
+            id: Some(id),
+            sets: sets.max().unwrap_or(0).max(u8::from(file.keeps_uvs)),
+            normal_set: normal.map(|(_, of)| of.uv_set),
+            vertex_color: colored[row],
+        });
     }
-    Ok(ids)
+    let unnamed = unnamed_colored.then(|| {
+        let id = scene.material("", Material::metallic_roughness([1.0; 3], 0.0, 1.0));
+        let texturing = Texturing {
+            vertex_color: true,
+            ..Texturing::default()
+        };
+        scene.texture(id, texturing, &[]);
+        Imported {
+            id: Some(id),
+            vertex_color: true,
+            ..Imported::default()
+        }
+    });
+    let mut unnamed = unnamed.unwrap_or_default();
+    unnamed.sets = u8::from(file.keeps_uvs);
+    Ok(Materials { rows, unnamed })
+}
+
+/// Says of each material whether primitives of it have colours of vertices, and whether some do
+/// that have no material.
+fn with_vertex_colors(file: &File) -> (Vec<bool>, bool) {
+    let mut colored = vec![false; file.root.materials.len()];
+    let mut unnamed = false;
+    for primitive in file.root.meshes.iter().flat_map(|mesh| &mesh.primitives) {
+        if !primitive
+            .attributes
+            .contains_key(&Checked::Valid(Semantic::Colors(0)))
+        {
+            continue;
+        }
+        let varied = file
+            .variant
+            .and_then(|variant| material_in(primitive, variant));
+        match varied.or(primitive.material.map(|id| id.value())) {
+            None => unnamed = true,
+            Some(id) => {
+                if let Some(colored) = colored.get_mut(id) {
+                    *colored = true;
+                }
+            }
+        }
+    }
+    (colored, unnamed)
+}
+
+/// The textures of a material.
+struct Textured {
+    refs: Vec<(Slot, TextureRef)>,
+    /// Whether that of the base colour has alpha.
+    has_alpha: bool,
+}
+
+/// Where a material's textures stand, and what they scale.
+const TEXTURES: [(&str, Slot); 16] = [
+    ("/pbrMetallicRoughness/baseColorTexture", Slot::BaseColor),
+    (
+        "/pbrMetallicRoughness/metallicRoughnessTexture",
+        Slot::MetallicRoughness,
+    ),
+    ("/emissiveTexture", Slot::Emission),
+    ("/normalTexture", Slot::Normal),
+    (
+        "/extensions/KHR_materials_specular/specularTexture",
+        Slot::Specular,
+    ),
+    (
+        "/extensions/KHR_materials_specular/specularColorTexture",
+        Slot::SpecularColor,
+    ),
+    (
+        "/extensions/KHR_materials_clearcoat/clearcoatTexture",
+        Slot::Clearcoat,
+    ),
+    (
+        "/extensions/KHR_materials_clearcoat/clearcoatRoughnessTexture",
+        Slot::ClearcoatRoughness,
+    ),
+    (
+        "/extensions/KHR_materials_sheen/sheenColorTexture",
+        Slot::SheenColor,
+    ),
+    (
+        "/extensions/KHR_materials_sheen/sheenRoughnessTexture",
+        Slot::SheenRoughness,
+    ),
+    (
+        "/extensions/KHR_materials_transmission/transmissionTexture",
+        Slot::Transmission,
+    ),
+    (
+        "/extensions/KHR_materials_iridescence/iridescenceTexture",
+        Slot::Iridescence,
+    ),
+    (
+        "/extensions/KHR_materials_iridescence/iridescenceThicknessTexture",
+        Slot::IridescenceThickness,
+    ),
+    (
+        "/extensions/KHR_materials_anisotropy/anisotropyTexture",
+        Slot::Anisotropy,
+    ),
+    (
+        "/extensions/KHR_materials_diffuse_transmission/diffuseTransmissionTexture",
+        Slot::DiffuseTransmission,
+    ),
+    (
+        "/extensions/KHR_materials_diffuse_transmission/diffuseTransmissionColorTexture",
+        Slot::DiffuseTransmissionColor,
+    ),
+];
+
+/// Textures that are not imported.
+const UNREAD: [(&str, &str); 3] = [
+    ("/occlusionTexture", "occlusion texture"),
+    (
+        "/extensions/KHR_materials_clearcoat/clearcoatNormalTexture",
+        "normal map of a clear coat",
+    ),
+    (
+        "/extensions/KHR_materials_volume/thicknessTexture",
+        "thickness texture",
+    ),
+];
+
+const FILM_LEAST: &str = "/extensions/KHR_materials_iridescence/iridescenceThicknessMinimum";
+
+fn number(json: &Value, place: &str) -> Option<f32> {
+    let number = json.pointer(place).and_then(Value::as_f64);
+    number.map(|x| x as f32).filter(|x| x.is_finite())
+}
+
+/// Reads the textures of a material.
+fn textures(
+    json: &Value,
+    images: &mut Images,
+    scene: &mut SceneBuilder,
+    report: &mut ImportReport,
+) -> Textured {
+    let mut all = Textured {
+        refs: Vec::new(),
+        has_alpha: false,
+    };
+    for (place, slot) in TEXTURES {
+        let Some(info) = json.pointer(place) else {
+            continue;
+        };
+        if let Some((texture, has_alpha)) = images.read(info, slot, scene, report) {
+            all.refs.push((slot, texture));
+            all.has_alpha |= slot == Slot::BaseColor && has_alpha;
+        }
+    }
+    for (place, what) in UNREAD {
+        report.add_many(what, usize::from(json.pointer(place).is_some()));
+    }
+    all
+}
+
+/// Returns what alpha does where it varies. Where it does not, `opacity` says it all.
+fn alpha(
+    source: &gltf::json::Material,
+    material: &Material,
+    varies: bool,
+    report: &mut ImportReport,
+) -> Alpha {
+    let [.., factor] = source.pbr_metallic_roughness.base_color_factor.0;
+    let cutoff = source.alpha_cutoff.map_or(0.5, |cutoff| cutoff.0);
+    match source.alpha_mode {
+        Checked::Valid(AlphaMode::Blend) if varies && material.layers.opacity > 0.0 => Alpha::Blend,
+        Checked::Valid(AlphaMode::Mask) if varies && cutoff > 0.0 => Alpha::Mask(cutoff / factor),
+        Checked::Valid(_) => Alpha::Opaque,
+        Checked::Invalid => {
+            report.add("alpha mode");
+            Alpha::Opaque
+        }
+    }
+}
+
+fn ior_is_zero(source: &gltf::json::Material) -> bool {
+    let extensions = source.extensions.as_ref();
+    let ior = extensions.and_then(|all| all.ior.as_ref());
+    ior.is_some_and(|ior| ior.ior.0 == 0.0)
 }
 
 /// The name of an extension, and what is wrong with it.
 type Wrong = (&'static str, String);
 
 /// Converts a material; `None` if it makes surfaces invisible.
-fn convert(
-    source: &gltf::json::Material,
-    report: &mut ImportReport,
-) -> Result<Option<Material>, Wrong> {
+fn convert(source: &gltf::json::Material) -> Result<Option<Material>, Wrong> {
     let pbr = &source.pbr_metallic_roughness;
     let [r, g, b, alpha] = pbr.base_color_factor.0;
     let cutoff = source.alpha_cutoff.map_or(0.5, |cutoff| cutoff.0);
@@ -50,14 +292,6 @@ fn convert(
         Checked::Valid(AlphaMode::Opaque) => {}
         Checked::Valid(AlphaMode::Blend) => opacity = alpha.min(1.0),
         Checked::Valid(AlphaMode::Mask) | Checked::Invalid => {}
-    }
-    let is_known = match source.alpha_mode {
-        Checked::Valid(AlphaMode::Opaque) => true,
-        Checked::Valid(_) => pbr.base_color_texture.is_none(),
-        Checked::Invalid => false,
-    };
-    if !is_known {
-        report.add("alpha mode");
     }
     let mut material =
         Material::metallic_roughness([r, g, b], pbr.metallic_factor.0, pbr.roughness_factor.0);
@@ -74,9 +308,8 @@ fn convert(
     }
     match &extensions.ior {
         // In this extension 0 means total reflection at all angles.
-        Some(ior) if ior.ior.0 == 0.0 => report.add("index of refraction 0"),
-        Some(ior) => material.ior = ior.ior.0,
-        None => {}
+        Some(ior) if ior.ior.0 != 0.0 => material.ior = ior.ior.0,
+        _ => {}
     }
     if let Some(specular) = &extensions.specular {
         material.layers.specular = specular.specular_factor.0;

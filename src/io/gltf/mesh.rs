@@ -5,9 +5,12 @@
 //! position that is not finite is an error only if a triangle uses it.
 
 use super::File;
-use super::accessor::{Accept, indices, triples};
+use super::accessor::{Accept, colors, indices, pairs, quadruples, triples};
+use super::material::{Imported, Materials};
 use super::skin::Pose;
-use crate::scene::{MaterialId, MeshData};
+use super::tangents::{generated, given};
+use super::variant::material_in;
+use crate::scene::MeshData;
 use crate::shared::mesh_cleanup::{compact, repair_normals};
 use crate::{ImportReport, LoadError};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
@@ -28,12 +31,12 @@ pub(super) fn read(
     file: &File,
     source: &gltf::json::Mesh,
     label: &str,
-    materials: &[Option<MaterialId>],
+    materials: &Materials,
     pose: Option<&Pose>,
     report: &mut ImportReport,
 ) -> Result<MeshData, LoadError> {
     let mut mesh = MeshData::default();
-    let mut read: HashMap<[Option<usize>; 4], Vertices> = HashMap::new();
+    let mut read: HashMap<Vec<Option<usize>>, Vertices> = HashMap::new();
     let (mut smooth, mut flat) = (false, false);
     for (i, primitive) in source.primitives.iter().enumerate() {
         let place = format!("{label}, primitive {i}");
@@ -56,31 +59,40 @@ pub(super) fn read(
             report.add("primitive without positions");
             continue;
         };
-        let material = match primitive.material {
-            None => None,
-            Some(id) => Some(*materials.get(id.value()).ok_or_else(|| {
-                let (id, all) = (id.value(), materials.len());
+        let varied = file
+            .variant
+            .and_then(|variant| material_in(primitive, variant));
+        let number = varied.or(primitive.material.map(|id| id.value()));
+        let material = match number {
+            None => materials.unnamed,
+            Some(id) => *materials.rows.get(id).ok_or_else(|| {
+                let all = materials.rows.len();
                 file.invalid(
                     &place,
                     &format!("refers to material {id}, but there are {all}"),
                 )
-            })?),
+            })?,
         };
-        if material == Some(None) {
+        if number.is_some() && material.id.is_none() {
             report.add("primitive of an invisible material");
             continue;
         }
-        let key = [
+        let sets = u32::from(material.sets);
+        let color = attribute(Semantic::Colors(0)).filter(|_| material.vertex_color);
+        let mut key = vec![
             Some(positions),
             attribute(Semantic::Normals),
             attribute(Semantic::Joints(0)),
             attribute(Semantic::Weights(0)),
-        ]
-        .map(|id| id.map(|id| id.value()));
+            color,
+        ];
+        key.extend((0..sets).map(|set| attribute(Semantic::TexCoords(set))));
+        let key: Vec<_> = key.iter().map(|id| id.map(|id| id.value())).collect();
         let vertices = match read.get(&key) {
             Some(vertices) => *vertices,
             None => {
-                let vertices = read_vertices(file, primitive, &mut mesh, pose, &place)?;
+                let vertices =
+                    read_vertices(file, (primitive, &material), &mut mesh, pose, &place)?;
                 read.insert(key, vertices);
                 vertices
             }
@@ -96,9 +108,13 @@ pub(super) fn read(
             let message = format!("vertex {row} is not finite: {at:?}");
             return Err(file.invalid(&format!("{place}, POSITION"), &message));
         }
-        let material = material.flatten();
-        if mesh.parts.last().and_then(|(_, m)| *m) != material {
-            mesh.parts.push((first as u32, material));
+        if material.normal_set.is_some() {
+            let skinned = pose.is_some();
+            let of = (primitive, &material, skinned);
+            add_tangents(file, of, (&mut mesh, first, vertices), &place)?;
+        }
+        if mesh.parts.last().and_then(|(_, m)| *m) != material.id {
+            mesh.parts.push((first as u32, material.id));
         }
         smooth |= vertices.normals;
         flat |= !vertices.normals;
@@ -109,7 +125,18 @@ pub(super) fn read(
         }
         mesh.normals.clear();
     }
-    let all = 0..mesh.positions.len() as u32;
+    // Vertices of primitives that lack what others have.
+    let vertices = mesh.positions.len();
+    for set in &mut mesh.uvs {
+        set.resize(vertices, [0.0; 2]);
+    }
+    if !mesh.colors.is_empty() {
+        mesh.colors.resize(vertices, [u16::MAX; 4]);
+    }
+    if !mesh.tangents.is_empty() {
+        mesh.tangents.resize(3 * mesh.triangles.len(), [0; 4]);
+    }
+    let all = 0..vertices as u32;
     let lost = all.filter(|v| !is_finite(&mesh, *v)).count();
     report.repair("unused vertex that is not finite", lost);
     compact(&mut mesh);
@@ -123,10 +150,86 @@ fn is_finite(mesh: &MeshData, vertex: u32) -> bool {
         .all(|x| x.is_finite())
 }
 
+/// Appends the tangents of the triangles from `first` on, which a normal map needs.
+fn add_tangents(
+    file: &File,
+    (primitive, material, skinned): (&Primitive, &Imported, bool),
+    (mesh, first, vertices): (&mut MeshData, usize, Vertices),
+    place: &str,
+) -> Result<(), LoadError> {
+    let attribute = |s| primitive.attributes.get(&Checked::Valid(s)).copied();
+    let set = material.normal_set.unwrap_or_default();
+    let found = attribute(Semantic::Tangents).filter(|_| vertices.normals && !skinned);
+    let tangents = match found {
+        Some(id) => {
+            let at = format!("{place}, TANGENT");
+            let rows = quadruples(file, id, &Accept::Normal, &at)?;
+            if rows.len() != vertices.count as usize {
+                let (rows, count) = (rows.len(), vertices.count);
+                return Err(file.invalid(&at, &format!("{rows} tangents for {count} positions")));
+            }
+            given(mesh, first, &rows, vertices.first)
+        }
+        None => {
+            file.spend(3 * (mesh.triangles.len() - first) as u64, place)?;
+            generated(mesh, first, vertices.normals, set)
+        }
+    };
+    mesh.tangents.resize(3 * first, [0; 4]);
+    mesh.tangents.extend(tangents);
+    Ok(())
+}
+
+/// Appends the sets of texture coordinates and the colours that a material needs; zeros and
+/// white where there are none.
+fn read_attributes(
+    file: &File,
+    (primitive, material): (&Primitive, &Imported),
+    mesh: &mut MeshData,
+    (first, count): (usize, usize),
+    place: &str,
+) -> Result<(), LoadError> {
+    let attribute = |s| primitive.attributes.get(&Checked::Valid(s)).copied();
+    let wrong_count = |place: &str, rows: usize| {
+        file.invalid(place, &format!("{rows} elements for {count} positions"))
+    };
+    while mesh.uvs.len() < usize::from(material.sets) {
+        mesh.uvs.push(Vec::new());
+    }
+    for set in 0..material.sets {
+        let Some(id) = attribute(Semantic::TexCoords(u32::from(set))) else {
+            continue;
+        };
+        let at = format!("{place}, TEXCOORD_{set}");
+        let rows = pairs(file, id, &Accept::Coordinate, &at)?;
+        if rows.len() != count {
+            return Err(wrong_count(&at, rows.len()));
+        }
+        let column = &mut mesh.uvs[usize::from(set)];
+        column.resize(first, [0.0; 2]);
+        let finite = |x: f64| if x.is_finite() { x as f32 } else { 0.0 };
+        column.extend(rows.iter().map(|uv| uv.map(finite)));
+    }
+    if material.vertex_color
+        && let Some(id) = attribute(Semantic::Colors(0))
+    {
+        let at = format!("{place}, COLOR_0");
+        let rows = colors(file, id, &at)?;
+        if rows.len() != count {
+            return Err(wrong_count(&at, rows.len()));
+        }
+        mesh.colors.resize(first, [u16::MAX; 4]);
+        // NaN becomes 0.
+        let code = |x: f64| (x * 65_535.0 + 0.5) as u16;
+        mesh.colors.extend(rows.iter().map(|color| color.map(code)));
+    }
+    Ok(())
+}
+
 /// Appends the vertices of a primitive, with zeros if it has no normals.
 fn read_vertices(
     file: &File,
-    primitive: &Primitive,
+    (primitive, material): (&Primitive, &Imported),
     mesh: &mut MeshData,
     pose: Option<&Pose>,
     place: &str,
@@ -172,6 +275,7 @@ fn read_vertices(
         }
         None => mesh.normals.resize(all, [0.0; 3]),
     }
+    read_attributes(file, (primitive, material), mesh, (first, count), place)?;
     if let Some(pose) = pose {
         let vertices = (&mut mesh.positions[first..], &mut mesh.normals[first..]);
         pose.apply(file, primitive, vertices, place)?;

@@ -3,7 +3,7 @@
 //! A glTF node becomes a node or, if it only carries a mesh, an edge to the shape. A mesh is
 //! stored once, however many nodes refer to it. Triangle ids follow the file: primitives one
 //! after the other, and the triangles of each in the order of its mode. Skins are applied in
-//! the pose that the file has. Textures, morph targets, animations and the like are not
+//! the pose that the file has. Morph targets, animations and the like are not
 //! supported and counted in [`ImportReport`].
 //!
 //! `container` parses, `buffers` and `accessor` check every length and range, `mesh`, `skin`
@@ -18,6 +18,9 @@ mod mesh;
 mod nodes;
 mod placement;
 mod skin;
+mod tangents;
+mod texture;
+mod variant;
 
 use crate::scene::SceneBuilder;
 use crate::shared::messages::one_line;
@@ -33,7 +36,12 @@ use std::path::Path;
 struct File<'a> {
     path: &'a Path,
     root: Root,
+    sources: texture::Sources,
     buffers: Buffers<'a>,
+    /// Whether the first set of texture coordinates is read in any case.
+    keeps_uvs: bool,
+    /// The number of the variant of materials to show.
+    variant: Option<u64>,
     /// The number of elements that may still be decoded.
     budget: Cell<u64>,
 }
@@ -82,14 +90,19 @@ pub(super) fn import(
     let container::Document {
         root,
         placements,
+        sources,
         unread,
     } = container::parse(path, chunks.json.as_bytes())?;
     let folder = Folder::new(path, options);
     let buffers = Buffers::read(path, &root, chunks.bin, &folder)?;
+    let variant = variant::pick(path, &root, options.variant.as_deref())?;
     let size = bytes.len() as u64 + buffers.total();
     let file = File {
         path,
         root,
+        sources,
+        keeps_uvs: options.keeps_uvs,
+        variant,
         buffers,
         budget: Cell::new(FREE_ELEMENTS + 4 * size),
     };
@@ -97,7 +110,7 @@ pub(super) fn import(
         report.add_many(what, count);
     }
     left_out(&file.root, report);
-    let materials = material::import(&file, scene, report)?;
+    let materials = material::import(&file, &folder, scene, report)?;
     nodes::import(&file, &placements, &materials, scene, report)
 }
 
@@ -107,8 +120,8 @@ fn left_out(root: &Root, report: &mut ImportReport) {
         let targets = primitive.targets.as_ref().map_or(0, Vec::len);
         report.add_many("morph target", targets);
         let colors = primitive.attributes.keys();
-        let colors = colors.filter(|k| matches!(k, Checked::Valid(Semantic::Colors(_))));
-        report.add_many("vertex colour set", colors.count());
+        let more = colors.filter(|k| matches!(k, Checked::Valid(Semantic::Colors(1..))));
+        report.add_many("second vertex colour set", more.count());
     }
     let views = root.buffer_views.iter();
     let tight = views.filter(|view| view.byte_stride.is_some_and(|s| s.0 == 0));

@@ -6,11 +6,12 @@
 //! transform, so a mesh below a node that is flat is copied flat.
 
 use super::container::Placement;
+use super::material::Materials;
 use super::placement::{Extent, flattened, instances, local_transform};
 use super::skin::Pose;
 use super::{File, mesh};
 use crate::math::Affine;
-use crate::scene::{Camera, Edge, Falloff, Light, MaterialId, MeshData, SceneBuilder, ShapeId};
+use crate::scene::{Camera, Edge, Falloff, Light, MeshData, SceneBuilder, ShapeId};
 use crate::shared::mesh_cleanup::unit;
 use crate::shared::messages::one_line;
 use crate::{ImportReport, LoadError};
@@ -30,7 +31,7 @@ const NO_PARENT: u32 = u32::MAX;
 pub(super) fn import(
     file: &File,
     placements: &[Placement],
-    materials: &[Option<MaterialId>],
+    materials: &Materials,
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
 ) -> Result<(), LoadError> {
@@ -242,7 +243,7 @@ fn all_worlds(
 /// The shapes of meshes that are read so far; `None` for a mesh without triangles.
 struct Meshes<'f> {
     file: &'f File<'f>,
-    materials: &'f [Option<MaterialId>],
+    materials: &'f Materials,
     shared: Vec<Option<Option<ShapeId>>>,
     /// By mesh and skin.
     posed: HashMap<(usize, usize), Option<ShapeId>>,

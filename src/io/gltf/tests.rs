@@ -3,6 +3,7 @@
 mod accessors;
 mod materials;
 mod nodes;
+mod textures;
 
 use super::*;
 use crate::scene::{MeshData, Scene};

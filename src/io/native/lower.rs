@@ -10,7 +10,7 @@ use super::schema::{self, Named, Triple};
 use super::schema_camera::Cameras;
 use super::source_spans::At;
 use super::tree::{Source, nearest, quoted};
-use super::{lower_csg, lower_shape, lower_shutter, rotate};
+use super::{lower_csg, lower_shape, lower_shutter, lower_texture, rotate};
 use crate::math::Affine;
 use crate::scene::{
     Edge, Entity, EntityKind, Interpolation, Key, LightId, Lit, MaterialId, NodeId, SceneBuilder,
@@ -92,6 +92,11 @@ pub(super) fn lower(
     }
     let Named(rows) = file.material.unwrap_or_default();
     let mut materials = HashMap::with_capacity(rows.len());
+    let mut images = lower_texture::ImageFiles::new(source, options);
+    let options = &LoadOptions {
+        keeps_uvs: rows.iter().any(|(_, row)| lower_texture::has_textures(row)),
+        ..options.clone()
+    };
     for (name, row) in rows {
         at.materials.push(name.at);
         if row
@@ -102,6 +107,7 @@ pub(super) fn lower(
         }
         let id = scene.material(&name.value, material(source, &row)?);
         group(source, &row.group, [Lit::Material(id)], scene)?;
+        lower_texture::textures(source, &row, id, &mut images, scene)?;
         materials.insert(name.value, id);
     }
     let Named(rows) = file.shape.unwrap_or_default();

@@ -9,6 +9,7 @@
 
 use super::schema_camera::Cameras;
 use super::schema_polynomial::{Clip, Coefficients, Parameter, Superquadric, Torus};
+use super::schema_texture::{AlphaMode, Texture};
 use super::source_spans::At;
 use crate::roots::Solver;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
@@ -242,6 +243,19 @@ pub struct Material {
     pub attenuation_distance: Option<f32>,
     /// Where solids overlap, the medium of the highest priority is there; 0 if absent.
     pub priority: Option<i32>,
+    /// An image that scales `base_color`; its alpha does what `alpha` says.
+    pub base_color_texture: Option<Texture>,
+    /// An image whose green scales `roughness`, and whose blue scales `metallic`.
+    pub metallic_roughness_texture: Option<Texture>,
+    /// An image that scales `emission`.
+    pub emission_texture: Option<Texture>,
+    /// What the image's alpha does: `mask` shows the surface where it is no less than
+    /// `alpha_cutoff`, `blend` takes it for `opacity`. Nothing if absent.
+    pub alpha: Option<AlphaMode>,
+    /// 0.5 if absent.
+    pub alpha_cutoff: Option<f32>,
+    /// Lets the colours of a mesh's vertices scale `base_color`; false if absent.
+    pub vertex_colors: Option<bool>,
 }
 
 /// The vertices of a mesh at a time. Between keys they go straight.

@@ -5,15 +5,16 @@
 //! panics on an MTL colour of one number.
 //!
 //! Polygons become triangles in file order: fans about their first corner where that is
-//! right, or else what `triangulate` makes. Corners with equal position and normal indices
-//! share a vertex. Texture coordinates are checked to be numbers and not used; weights,
+//! right, or else what `triangulate` makes. Corners with equal indices
+//! share a vertex. Texture coordinates are used where a material has an image; weights,
 //! groups and smoothing are not read; vertex colours, points, lines, and free-form curves and
 //! surfaces are counted in the import report. Keywords may be in capitals. A position that is
 //! not finite is an error only if a face uses it, and such a normal is replaced.
 
+mod maps;
 mod mtl;
 
-use crate::scene::{Material, SceneBuilder};
+use crate::scene::SceneBuilder;
 use crate::shared::folder::read_file;
 use crate::shared::mesh_cleanup::repair_normals;
 use crate::shared::mesh_file::MeshFile;
@@ -22,6 +23,7 @@ use crate::shared::text::{decode, lines, number};
 use crate::shared::triangulate::Triangulator;
 use crate::{Folder, ImportReport, LoadError, LoadOptions, add_mesh_instance};
 use glam::DVec3;
+use maps::MtlMaterial;
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -38,8 +40,8 @@ pub(super) fn import(
     Ok(())
 }
 
-/// A corner of a face: indices of the file's positions and normals.
-type Corner = (u32, Option<u32>);
+/// A corner of a face: indices of the file's positions, normals and texture coordinates.
+type Corner = (u32, Option<u32>, Option<u32>);
 
 /// The statements of a file, before corners are joined to vertices.
 #[derive(Default)]
@@ -48,6 +50,8 @@ struct Lines {
     /// Errors of the positions that are not finite, for faces that use them.
     not_finite: HashMap<u32, LoadError>,
     normals: Vec<[f64; 3]>,
+    /// With v from the top, as images have it.
+    uvs: Vec<[f32; 2]>,
     corners: Vec<Corner>,
     /// For each face the end of its corners, its line, and its index into `material_names`.
     faces: Vec<(usize, usize, Option<usize>)>,
@@ -67,7 +71,7 @@ pub(super) fn read(
     let lines = scan(path, &text, report)?;
     let folder = Folder::new(path, options);
     let materials = libraries(&folder, &lines.libraries, report)?;
-    join(path, lines, materials, report)
+    join(path, lines, (materials, options.keeps_uvs), report)
 }
 
 /// Splits a file into lines, numbered from 1, and joins continued ones (with a `\` at the
@@ -131,7 +135,7 @@ fn scan(path: &Path, text: &str, report: &mut ImportReport) -> Result<Lines, Loa
                 colored += usize::from(words.count() >= 3);
             }
             "vn" => all.normals.push(triple(path, line, key, &mut words)?.0),
-            "vt" => texture(path, line, words)?,
+            "vt" => all.uvs.push(texture(path, line, words)?),
             "f" | "fo" => {
                 let first = all.corners.len();
                 for word in words {
@@ -206,25 +210,30 @@ fn triple<'a>(
     Ok((values, not_finite))
 }
 
-/// Checks that a texture coordinate has one to three numbers, of any value, since they are
-/// not used.
+/// Reads a texture coordinate of one to three numbers, of which the third is not used, and those
+/// that are not finite count as 0.
 fn texture<'a>(
     path: &Path,
     line: (usize, &str),
     words: impl Iterator<Item = &'a str>,
-) -> Result<(), LoadError> {
-    let mut words = words.take(3).peekable();
-    if words.peek().is_none() {
+) -> Result<[f32; 2], LoadError> {
+    let mut uv = [0.0; 2];
+    let mut count = 0;
+    for word in words.take(3) {
+        let Some(x) = number(word) else {
+            let message = format!("'{}' is not a number", one_line(word));
+            return Err(syntax(path, line, word, message));
+        };
+        if let (Some(place), true) = (uv.get_mut(count), (x as f32).is_finite()) {
+            *place = x as f32;
+        }
+        count += 1;
+    }
+    if count == 0 {
         let message = "'vt' needs a number, but there is none".into();
         return Err(syntax(path, line, line.1, message));
     }
-    match words.find(|word| number(word).is_none()) {
-        None => Ok(()),
-        Some(word) => {
-            let message = format!("'{}' is not a number", one_line(word));
-            Err(syntax(path, line, word, message))
-        }
-    }
+    Ok([uv[0], 1.0 - uv[1]])
 }
 
 /// Parses a finite number.
@@ -234,7 +243,8 @@ pub(super) fn finite(word: &str) -> Option<f64> {
 
 /// Parses `position/texture/normal`, of which the latter two may be missing. Numbers count
 /// from 1, or as negative numbers backwards from the last definition before this line. The
-/// file may define positive ones later, so `join` checks them. Textures are not used.
+/// file may define positive ones later, so `join` checks them. Texture coordinates that are none
+/// are left out.
 fn corner(path: &Path, line: (usize, &str), word: &str, all: &Lines) -> Result<Corner, LoadError> {
     let row = |part: &str, what: &str, count: usize| {
         let wrong = |why: String| syntax(path, line, word, why);
@@ -258,11 +268,14 @@ fn corner(path: &Path, line: (usize, &str), word: &str, all: &Lines) -> Result<C
         "vertex",
         all.positions.len(),
     )?;
-    let normal = match parts.nth(1) {
+    let uv = parts.next().unwrap_or_default();
+    let normal = match parts.next() {
         None | Some("") => None,
         Some(part) => Some(row(part, "normal", all.normals.len())?),
     };
-    Ok((position, normal))
+    // A file may refer to what it does not have, for nothing has to use it.
+    let uv = row(uv, "texture coordinate", all.uvs.len()).ok();
+    Ok((position, normal, uv))
 }
 
 /// Reads the materials of the libraries that exist, `None` for invisible ones. Missing libraries are counted and no
@@ -271,7 +284,7 @@ fn libraries(
     folder: &Folder,
     names: &[String],
     report: &mut ImportReport,
-) -> Result<HashMap<String, Option<Material>>, LoadError> {
+) -> Result<HashMap<String, Option<MtlMaterial>>, LoadError> {
     let mut materials = HashMap::new();
     let mut done: HashSet<PathBuf> = HashSet::new();
     for name in names {
@@ -285,7 +298,7 @@ fn libraries(
         for name in list {
             match resolve(folder, name) {
                 Ok((found, exact)) if done.insert(found.clone()) => {
-                    mtl::read(&found, &mut materials, report)?;
+                    mtl::read(&found, folder, &mut materials, report)?;
                     let other_case = "material library named in another case";
                     report.repair(other_case, usize::from(!exact));
                 }
@@ -315,7 +328,7 @@ fn resolve(folder: &Folder, name: &str) -> Result<(PathBuf, bool), LoadError> {
 fn join(
     path: &Path,
     mut lines: Lines,
-    mut known: HashMap<String, Option<Material>>,
+    (mut known, keeps_uvs): (HashMap<String, Option<MtlMaterial>>, bool),
     report: &mut ImportReport,
 ) -> Result<MeshFile, LoadError> {
     let normal_of = |corner: &Corner| lines.normals.get(corner.1? as usize);
@@ -333,6 +346,7 @@ fn join(
     }
     let mut file = MeshFile::default();
     let mut faces_of = Vec::new();
+    let mut images = HashMap::new();
     for name in &lines.material_names {
         faces_of.push(match known.remove(name) {
             None => {
@@ -340,13 +354,19 @@ fn join(
                 Faces::Plain
             }
             Some(None) => Faces::Invisible,
-            Some(Some(material)) => {
+            Some(Some(made)) => {
+                let row = file.materials.len();
+                let material = made.textured(row, &mut file, &mut images, report);
                 file.materials.push((name.clone(), material));
-                Faces::Made(file.materials.len() - 1)
+                Faces::Made(row)
             }
         });
     }
 
+    let with_uvs = keeps_uvs && !lines.uvs.is_empty() || !file.textures.is_empty();
+    if with_uvs {
+        file.mesh.uvs.push(Vec::new());
+    }
     let mut vertex: HashMap<Corner, u32> = HashMap::new();
     let (mut rows, mut outline) = (Vec::<u32>::new(), Vec::<DVec3>::new());
     let mut triangulator = Triangulator::new();
@@ -365,7 +385,7 @@ fn join(
             }
         };
         for corner in corners {
-            let (position, normal) = *corner;
+            let (position, normal, uv) = *corner;
             let Some(at) = lines.positions.get(position as usize) else {
                 return Err(LoadError::Syntax {
                     path: path.into(),
@@ -382,11 +402,16 @@ fn join(
                 return Err(wrong);
             }
             let mesh = &mut file.mesh;
-            let key = (position, normal.filter(|_| with_normals));
+            let uv = uv.filter(|_| with_uvs);
+            let key = (position, normal.filter(|_| with_normals), uv);
             let next = mesh.positions.len() as u32;
             let row = *vertex.entry(key).or_insert(next);
             if row == next {
                 mesh.positions.push(*at);
+                if let Some(set) = mesh.uvs.first_mut() {
+                    let uv = uv.and_then(|uv| lines.uvs.get(uv as usize));
+                    set.push(uv.copied().unwrap_or_default());
+                }
                 if with_normals {
                     let normal = normal.and_then(|n| lines.normals.get(n as usize));
                     let normal = normal.copied().unwrap_or_default();

@@ -3,8 +3,8 @@
 //! A material becomes a Phong row: Kd is the diffuse part, Ks and Ns the highlight;
 //! illumination models from 3 on reflect with Ks. A material with Pr or Pm (the PBR
 //! extension) becomes a metallic-roughness row. Values out of range, which are common, are
-//! clamped. Textures are not imported: where one makes the colour and Kd is absent or black,
-//! the default colour stands for it.
+//! clamped. Images make the colour (map_Kd, which Kd scales unless it is black) and say how much
+//! of the surface is there (map_d); others are left out.
 //!
 //! d, the dissolve, is the fraction of the surface that is there: the surface's light times
 //! d, and what is behind it times 1 - d. Illumination models 4, 6, 7 and 9 are glass: light
@@ -14,11 +14,12 @@
 //! Tr is 1 - d, but some programs write d by that name. d counts if a material has both, and
 //! a file is opaque whose every Tr is 1 and that has no d.
 
+use super::maps::{Map, MtlMaterial};
 use super::{finite, keyword, logical_lines, syntax};
-use crate::scene::{Layers, Material, Model, Rgb};
+use crate::scene::{Layers, Material, Model, Rgb, Slot};
 use crate::shared::messages::one_line;
 use crate::shared::text::decode;
-use crate::{ImportReport, LoadError};
+use crate::{Folder, ImportReport, LoadError};
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -32,7 +33,7 @@ struct Statements {
     ni: Option<f32>,
     dissolve: Option<f32>,
     transparency: Option<f32>,
-    has_color_texture: bool,
+    maps: Vec<Map>,
     illum: Option<f32>,
     roughness: Option<f32>,
     metallic: Option<f32>,
@@ -43,7 +44,8 @@ struct Statements {
 /// and column.
 pub(super) fn read(
     path: &Path,
-    materials: &mut HashMap<String, Option<Material>>,
+    folder: &Folder,
+    materials: &mut HashMap<String, Option<MtlMaterial>>,
     report: &mut ImportReport,
 ) -> Result<(), LoadError> {
     let bytes = crate::shared::folder::read_file(path)?;
@@ -86,10 +88,8 @@ pub(super) fn read(
             "illum" => m.illum = Some(number()?),
             "pr" => m.roughness = Some(number()?),
             "pm" => m.metallic = Some(number()?),
-            "map_kd" => {
-                m.has_color_texture = true;
-                report.add("texture");
-            }
+            "map_kd" => m.maps.push(Map::read(Slot::BaseColor, line.1, folder)),
+            "map_d" => m.maps.push(Map::read(Slot::Opacity, line.1, folder)),
             "bump" | "disp" | "decal" | "refl" | "norm" => report.add("texture"),
             key if key.starts_with("map_") => report.add("texture"),
             _ => {}
@@ -101,7 +101,12 @@ pub(super) fn read(
         report.repair("Tr 1 of a file without d, as opaque", named.count());
     }
     for (name, m) in all {
-        materials.insert(name, convert(&m));
+        let made = convert(&m).map(|material| MtlMaterial {
+            material,
+            is_uncolored: m.kd.is_none_or(|kd| kd == [0.0; 3]),
+            maps: m.maps,
+        });
+        materials.insert(name, made);
     }
     Ok(())
 }
@@ -156,7 +161,8 @@ fn convert(m: &Statements) -> Option<Material> {
     if there == 0.0 && !is_glass {
         return None;
     }
-    let black = m.has_color_texture && m.kd == Some([0.0; 3]);
+    let has_image = m.maps.iter().any(|map| map.slot == Slot::BaseColor);
+    let black = has_image && m.kd == Some([0.0; 3]);
     let base_color = m.kd.filter(|_| !black).unwrap_or(plain.base_color);
     let times = |color: Rgb, share: f32| color.map(|c| c * share);
     let model = if m.roughness.is_some() || m.metallic.is_some() {

@@ -4,9 +4,11 @@
 //! and lights of the mesh file are not imported.
 
 use crate::math::Affine;
-use crate::scene::{Instances, MaterialId, MeshData, Scene, SceneBuilder, Shape};
+use crate::scene::{
+    Instances, MaterialId, MeshData, MeshId, Scene, SceneBuilder, Shape, Slot, TexturedMaterial,
+};
 use crate::shared::mesh_cleanup::unit;
-use crate::shared::mesh_file::MeshFile;
+use crate::shared::mesh_file::{FileImage, MeshFile};
 use crate::{ImportReport, LoadError, LoadOptions, gltf, obj, ply, stl};
 use glam::{DMat3, DVec3};
 use std::collections::HashMap;
@@ -61,6 +63,9 @@ pub fn import_with_materials(
             let own = own
                 .finish()
                 .map_err(|source| LoadError::of_scene(path, source))?;
+            let of_normals = |row: &TexturedMaterial| row.has(Slot::Normal);
+            let count = own.textures.iter().filter(of_normals).count();
+            report.add_many("normal map of a merged mesh", count);
             Ok(bake(path, &own)?.add_materials(scene))
         }
         "obj" => obj::read(path, options, report).map(|file| file.add_materials(scene)),
@@ -130,6 +135,7 @@ fn bake(path: &Path, scene: &Scene) -> Result<MeshFile, LoadError> {
             file.parts.push((start + at, material));
         }
         let baked = &mut file.mesh;
+        add_attributes(scene, id, baked);
         let first = baked.positions.len() as u32;
         let world = &row.world_from_object;
         baked.positions.extend(mesh.positions.iter().map(|p| {
@@ -154,7 +160,45 @@ fn bake(path: &Path, scene: &Scene) -> Result<MeshFile, LoadError> {
     if file.materials.is_empty() {
         file.parts.clear();
     }
+    let vertices = file.mesh.positions.len();
+    for set in &mut file.mesh.uvs {
+        set.resize(vertices, [0.0; 2]);
+    }
+    if !file.mesh.colors.is_empty() {
+        file.mesh.colors.resize(vertices, [u16::MAX; 4]);
+    }
+    if !scene.textures.is_empty() {
+        file.images = scene.textures.images.iter().map(FileImage::from).collect();
+        for row in scene.textures.iter() {
+            let made = row_of.get(&row.material);
+            file.textures
+                .extend(made.map(|made| (*made, *row.texturing, row.refs.to_vec())));
+        }
+    }
     Ok(file)
+}
+
+/// Appends the texture coordinates and colours of a mesh, whose vertices are to follow.
+fn add_attributes(scene: &Scene, mesh: MeshId, baked: &mut MeshData) {
+    let all = &scene.meshes.attributes;
+    let Some(row) = all.of(mesh).map(|row| &all.rows[row as usize]) else {
+        return;
+    };
+    let before = baked.positions.len();
+    for set in 0..usize::from(row.sets) {
+        if baked.uvs.len() <= set {
+            baked.uvs.push(Vec::new());
+        }
+        let first = row.uvs + set * row.vertices;
+        baked.uvs[set].resize(before, [0.0; 2]);
+        baked.uvs[set].extend_from_slice(&all.uvs[first..first + row.vertices]);
+    }
+    if let Some(first) = row.colors {
+        baked.colors.resize(before, [u16::MAX; 4]);
+        baked
+            .colors
+            .extend_from_slice(&all.colors[first..first + row.vertices]);
+    }
 }
 
 /// Whether a map has a negative determinant.

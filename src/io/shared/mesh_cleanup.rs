@@ -27,6 +27,12 @@ pub fn compact(mesh: &mut MeshData) {
     mesh.positions.retain(|_| *keep.next().unwrap_or(&true));
     let mut keep = used.iter();
     mesh.normals.retain(|_| *keep.next().unwrap_or(&true));
+    for set in &mut mesh.uvs {
+        let mut keep = used.iter();
+        set.retain(|_| *keep.next().unwrap_or(&true));
+    }
+    let mut keep = used.iter();
+    mesh.colors.retain(|_| *keep.next().unwrap_or(&true));
     for v in mesh.triangles.iter_mut().flatten() {
         *v = row[*v as usize];
     }

@@ -1,6 +1,8 @@
 //! The content of a file of one mesh: triangles, and materials by parts.
 
-use crate::scene::{Material, MeshData, SceneBuilder};
+use crate::scene::{
+    Image, ImageId, Material, MeshData, SceneBuilder, Slot, Texels, TextureRef, Texturing,
+};
 use crate::shared::messages::one_line;
 
 /// A mesh, whose own table of parts is empty, and materials.
@@ -8,8 +10,36 @@ use crate::shared::messages::one_line;
 pub struct MeshFile {
     pub mesh: MeshData,
     pub materials: Vec<(String, Material)>,
+    pub images: Vec<FileImage>,
+    /// How some materials vary: their index, and references by index to `images`.
+    pub textures: Vec<(usize, Texturing, Vec<(Slot, TextureRef)>)>,
     /// The first triangle of each part and its index into `materials`, in ascending order.
     pub parts: Vec<(u32, Option<usize>)>,
+}
+
+/// The largest level of an image.
+#[derive(Debug)]
+pub struct FileImage {
+    pub texels: Texels,
+    pub channels: u8,
+    pub is_srgb: bool,
+    pub size: [u32; 2],
+}
+
+impl From<&Image> for FileImage {
+    fn from(image: &Image) -> FileImage {
+        let size = image.size();
+        let numbers = size[0] as usize * size[1] as usize * usize::from(image.channels);
+        FileImage {
+            texels: match &image.texels {
+                Texels::Bytes(all) => Texels::Bytes(all[..numbers].to_vec()),
+                Texels::Words(all) => Texels::Words(all[..numbers].to_vec()),
+            },
+            channels: image.channels,
+            is_srgb: image.is_srgb,
+            size,
+        }
+    }
 }
 
 impl MeshFile {
@@ -26,6 +56,15 @@ impl MeshFile {
         let mut ids = Vec::with_capacity(self.materials.len());
         for (name, material) in &self.materials {
             ids.push(scene.material(&one_line(name), *material));
+        }
+        let add =
+            |image: FileImage| scene.image(image.texels, image.channels, image.is_srgb, image.size);
+        let images: Vec<ImageId> = self.images.into_iter().map(add).collect();
+        for (row, texturing, mut refs) in self.textures {
+            for (_, texture) in &mut refs {
+                texture.image = images[texture.image.index()];
+            }
+            scene.texture(ids[row], texturing, &refs);
         }
         let mut mesh = self.mesh;
         let parts = self.parts.iter();

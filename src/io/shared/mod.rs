@@ -17,6 +17,7 @@ pub mod outputs;
 pub mod picture;
 pub mod rational;
 pub mod srgb;
+pub mod texels;
 pub mod text;
 pub mod triangulate;
 pub mod view_transform;

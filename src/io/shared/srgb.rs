@@ -10,6 +10,8 @@
 //! that agree in the exponent and eight bits of the fraction contains at most one border. A
 //! table holds the code at the beginning of each cell, and one comparison finds the code.
 
+pub use crate::scene::linear_from_srgb;
+
 /// The tables of the conversion.
 pub struct SrgbEncoder {
     /// `borders[k]` is the linear value half-way between codes k and k + 1; the last one is
@@ -62,15 +64,6 @@ impl SrgbEncoder {
 impl Default for SrgbEncoder {
     fn default() -> SrgbEncoder {
         SrgbEncoder::new()
-    }
-}
-
-/// Decodes an sRGB value by the standard's function, from 0…1 to 0…1.
-pub fn linear_from_srgb(encoded: f64) -> f64 {
-    if encoded <= 0.04045 {
-        encoded / 12.92
-    } else {
-        libm::pow((encoded + 0.055) / 1.055, 2.4)
     }
 }
 

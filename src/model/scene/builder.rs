@@ -75,6 +75,29 @@ impl SceneBuilder {
         self.tables.materials.push(name, material)
     }
 
+    /// Adds an image of texels ([`Textures::push_image`]).
+    pub fn image(
+        &mut self,
+        texels: Texels,
+        channels: u8,
+        is_srgb: bool,
+        size: [u32; 2],
+    ) -> ImageId {
+        self.tables
+            .textures
+            .push_image(texels, channels, is_srgb, size)
+    }
+
+    /// Varies a material by images and by the colours of vertices.
+    pub fn texture(
+        &mut self,
+        material: MaterialId,
+        texturing: Texturing,
+        refs: &[(Slot, TextureRef)],
+    ) {
+        self.tables.textures.push(material, texturing, refs);
+    }
+
     /// Adds a light.
     pub fn light(&mut self, light: Light) -> LightId {
         self.tables.lights.push(light);

@@ -17,6 +17,8 @@ typed_ids! {
     MaterialId,
     LightId,
     CameraId,
+    /// A row of the images of [`Textures`](super::Textures).
+    ImageId,
 }
 
 impl TransformId {

@@ -6,6 +6,7 @@
 //! coordinates that were f32 to begin with stay exact (docs/numerics/transforms.md, A8).
 
 use super::ids::{MaterialId, MeshId};
+use super::vertex_attributes::VertexAttributes;
 use crate::math::Aabb;
 use glam::DVec3;
 use std::ops::Range;
@@ -25,6 +26,13 @@ pub struct MeshData {
     pub parts: Vec<(u32, Option<MaterialId>)>,
     /// Whether the mesh is a surface without an inside, whatever its topology.
     pub open: bool,
+    /// Sets of texture coordinates, each one per vertex.
+    pub uvs: Vec<Vec<[f32; 2]>>,
+    /// Linear colours and alpha in units of 1/65535, one per vertex, or none at all.
+    pub colors: Vec<[u16; 4]>,
+    /// Tangents of the corners of triangles, three per triangle, and the sign of the bitangent,
+    /// in units of 1/32767, or none at all.
+    pub tangents: Vec<[i16; 4]>,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -51,6 +59,7 @@ pub struct Meshes {
     /// Per mesh: the number of vertices that f32 rounded.
     pub rounded: Vec<u32>,
     pub open: Vec<bool>,
+    pub attributes: VertexAttributes,
 }
 
 /// The columns of one mesh.
@@ -94,7 +103,9 @@ impl Meshes {
         self.center.push(center);
         self.rounded.push(rounded);
         self.open.push(data.open);
-        MeshId(self.center.len() as u32 - 1)
+        let id = MeshId(self.center.len() as u32 - 1);
+        self.attributes.push(id, data);
+        id
     }
 
     #[inline]
@@ -138,6 +149,7 @@ impl Meshes {
         (self.positions.len() + self.normals.len() + self.triangles.len()) * 12
             + self.parts.len() * size_of::<(u32, Option<MaterialId>)>()
             + self.len() * (4 * size_of::<Range<u32>>() + size_of::<DVec3>() + 8)
+            + self.attributes.bytes()
     }
 }
 

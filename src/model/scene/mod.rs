@@ -36,7 +36,10 @@ mod shared;
 mod shutter;
 mod studio;
 mod tables;
+mod texels;
+mod textures;
 mod transforms;
+mod vertex_attributes;
 mod watertight;
 
 pub use crate::csg::Operator;
@@ -73,7 +76,12 @@ pub use shared::Shared;
 pub use shutter::{Shutter, ShutterShape};
 pub use studio::studio;
 pub use tables::Tables;
+pub use texels::{Levels, linear_from_srgb};
+pub use textures::{
+    Alpha, Image, Slot, Texels, TextureRef, TexturedMaterial, Textures, Texturing, Wrap,
+};
 pub use transforms::Transforms;
+pub use vertex_attributes::{MeshAttributes, VertexAttributes};
 pub use watertight::{Leaks, check_closed};
 
 use crate::geom::kinds::for_each_kind;

@@ -11,6 +11,7 @@ use super::names::Names;
 use super::nodes::{Edges, Nodes};
 use super::shapes::{Shape, Shapes};
 use super::shared::Shared;
+use super::textures::Textures;
 use super::transforms::Transforms;
 use crate::geom::kinds::for_each_kind;
 
@@ -36,6 +37,8 @@ macro_rules! tables {
             pub csg: CsgTables,
 
             pub materials: Materials,
+            /// Images, and the materials that they vary.
+            pub textures: Shared<Textures>,
             pub lights: Vec<Light>,
             pub light_groups: LightGroups,
             pub cameras: Cameras,
@@ -59,6 +62,7 @@ macro_rules! tables {
                     ("deformations", self.deformations.bytes()),
                     ("CSG solids", self.csg.bytes()),
                     ("materials", self.materials.bytes()),
+                    ("textures", self.textures.bytes()),
                     ("lights", self.lights.len() * size_of::<Light>()),
                     ("cameras", self.cameras.rows.len() * size_of::<Camera>()),
                     ("environment", self.environment.as_ref().map_or(0, Environment::bytes)),
@@ -70,7 +74,14 @@ macro_rules! tables {
 
             /// Says whether nothing in the scene shines but, perhaps, its background.
             pub fn is_dark(&self) -> bool {
-                self.lights.is_empty() && self.environment.is_none() && !self.has_emission()
+                // What an image makes shine, such as the lamps of a model, lights no scene.
+                let shines = |(i, material): (u32, &super::Material)| {
+                    material.emission != [0.0; 3]
+                        && !self.textures.has_emission(super::MaterialId(i))
+                };
+                self.lights.is_empty()
+                    && self.environment.is_none()
+                    && !(0..).zip(&self.materials.rows).any(shines)
             }
 
             /// Says whether some material shines.

@@ -114,6 +114,9 @@ impl<'a> LightReference<'a> {
         settings: Settings,
     ) -> Result<LightReference<'a>, Unknown> {
         let scene = reference.scene();
+        if !scene.textures.is_empty() {
+            return Err(Unknown("textures and colours of vertices"));
+        }
         has_smooth_normals(scene).map_err(Unknown)?;
         let materials = &scene.materials.rows;
         let nothing = crate::scene::Material::default();

@@ -6,6 +6,7 @@ use crate::math::lanes::{Lanes, Mask};
 use crate::scene::{Light, Rgb};
 use crate::shade::bsdf::reflected;
 use crate::shade::columns::{Column3, Doubles, STEP, Singles, keep, pad};
+use crate::shade::cutouts::{Passing, has_cutouts, unblock};
 use crate::shade::hit_buffer::HitBuffer;
 use crate::shade::light::{LightSample, shadow_dirs, shadow_t_max};
 use crate::shade::ray_queue::{BATCH, RayQueue};
@@ -85,7 +86,7 @@ impl Integrator<'_> {
         &self,
         (queue, depth): (&RayQueue, u32),
         buffer: &HitBuffer,
-        (shadows, trace): (&mut ShadowRays, &mut TraceScratch),
+        (shadows, passing, trace): (&mut ShadowRays, &mut Passing, &mut TraceScratch),
         cache: &mut ShadowCache,
         film: &mut [Rgb],
         statistics: &mut Statistics,
@@ -99,6 +100,10 @@ impl Integrator<'_> {
         let batch = rays.padded_rays(0);
         blocked.resize(batch.len(), false);
         any(self.world, &self.kernels, &batch, cache, blocked, trace);
+        if buffer.wants_places && has_cutouts(&self.world.scene) {
+            let rest = (&*rays, &mut blocked[..rays.len()]);
+            unblock((self.world, &self.lanes()), rest, passing, trace);
+        }
         let blocked = &blocked[..rays.len()];
         statistics.counts.shadow += blocked.len() as u64;
         statistics.counts.shadow_occluded += blocked.iter().filter(|b| **b).count() as u64;
@@ -126,8 +131,17 @@ impl Integrator<'_> {
             while rest != 0 {
                 let id = buffer.material[hits[rest.trailing_zeros() as usize] as usize];
                 let same = |i: usize| u32::from(buffer.material[hits[i] as usize] == id) << i;
-                let same: u32 = (0..STEP).map(same).sum();
-                let radiance = reflected(self.material(id), ns, out, towards, light);
+                let mut same: u32 = (0..STEP).map(same).sum();
+                let radiance = match self.varies(id) {
+                    false => reflected(self.material(id), ns, out, towards, light),
+                    // Each hit has a material of its own.
+                    true => {
+                        let hit = hits[rest.trailing_zeros() as usize];
+                        same = rest & rest.wrapping_neg();
+                        let own = self.material_of((buffer, hit as usize));
+                        reflected(&own, ns, out, towards, light)
+                    }
+                };
                 let mask = <Singles as Lanes>::Mask::from_bits(same);
                 for (sum, radiance) in sums.iter_mut().zip(radiance) {
                     *sum = Lanes::select(mask, radiance, *sum);

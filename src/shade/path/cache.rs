@@ -269,8 +269,7 @@ impl PathTracer<'_> {
             albedo: [Singles::zero(); 3],
             left: Singles::zero(),
         };
-        let looks = look.bsdf.looks();
-        let albedo = look.bsdf.lambert(&looks, spot.eta, spot.out_local);
+        let albedo = look.bsdf.lambert(&spot.looks, spot.eta, spot.out_local);
         let some = albedo[0].max(albedo[1]).max(albedo[2]).gt(Singles::zero());
         // Records are of paths that go on from what is seen directly.
         let is_far_enough = depth == 0 || self.max_depth - depth >= LEFT_DEPTH;

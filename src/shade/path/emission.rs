@@ -3,7 +3,7 @@
 
 use super::layers::{EMISSION, Film};
 use super::state::Paths;
-use super::{PathTracer, Seen, share};
+use super::{PathTracer, SampleNumbers, Seen, share};
 use crate::math::lanes::Lanes;
 use crate::math::{Vec3, units};
 use crate::scene::Rgb;
@@ -157,7 +157,8 @@ impl PathTracer<'_> {
     pub(super) fn add_emission(
         &self,
         wave: &Paths,
-        (depth, instance, primitive): (u32, &[u64], &[u32]),
+        (samples, depth): (SampleNumbers, u32),
+        (instance, primitive): (&[u64], &[u32]),
         buffer: &HitBuffer,
         film: &mut Film,
     ) {
@@ -166,9 +167,12 @@ impl PathTracer<'_> {
         }
         for hit in 0..buffer.len() {
             let look = &self.materials.rows[self.materials.number(buffer.material[hit]) as usize];
-            let Some(radiance) = look.shine() else {
+            let Some(mut radiance) = look.shine() else {
                 continue;
             };
+            if let Some(varied) = &look.varied {
+                radiance = self.shine_at((look, varied), (samples, depth), wave, (buffer, hit));
+            }
             let ray = buffer.row[hit] as usize;
             if self.only_indirect && wave.straight[ray] {
                 continue;

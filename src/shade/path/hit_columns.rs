@@ -24,6 +24,15 @@ impl<'b> HitColumns<'b> {
         }
     }
 
+    /// Makes columns that take no memory before they are used.
+    pub fn empty(arena: &'b Bump) -> HitColumns<'b> {
+        HitColumns {
+            t: ArenaVec::new_in(arena),
+            instance: ArenaVec::new_in(arena),
+            primitive: ArenaVec::new_in(arena),
+        }
+    }
+
     /// Traces all rays of a queue. What is shaded starts from the t of lanes in every exact
     /// precision, so that pictures do not depend on which it is.
     pub fn closest(

@@ -162,7 +162,8 @@ impl Gathered {
         material: Option<MaterialId>,
     ) {
         let emission = |id: Option<MaterialId>| {
-            id.map_or([0.0; 3], |id| {
+            let same = id.filter(|id| !scene.textures.varies_emission(*id));
+            same.map_or([0.0; 3], |id| {
                 scene.materials.rows[id.index()].sampled_emission()
             })
         };

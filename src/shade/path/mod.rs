@@ -20,6 +20,7 @@ mod scatter;
 mod shadows;
 mod spot;
 mod state;
+mod textured;
 
 pub use cache::{
     CacheUse, Irradiance, IrradianceRecord, Missed, SECTORS, UseMode, sector_direction,
@@ -43,7 +44,7 @@ use crate::light::bsdf::Bsdf;
 use crate::light::sampler::Sampler;
 use crate::math::lanes::{Lanes, Words};
 use crate::plan::Kernels;
-use crate::scene::{Material, MaterialId, Rgb};
+use crate::scene::{Material, MaterialId, Rgb, Textures};
 use crate::trace::{HitId, RayKind, ShadowCache, Solids, TraceScratch};
 use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;
@@ -54,6 +55,7 @@ use layers::Film;
 use shadows::LightRays;
 use state::Paths;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use textured::{Passing, Varied};
 
 /// What the path tracer needs to know of each material, and of all of them together.
 #[derive(Debug)]
@@ -68,6 +70,11 @@ pub struct Materials {
     any_shines: bool,
     /// True if shadow rays may pass some surface.
     has_holes: bool,
+    /// True if some material varies from hit to hit; if the alpha of some does, and if some have
+    /// normal maps.
+    has_textures: bool,
+    has_cutouts: bool,
+    has_normal_maps: bool,
 }
 
 /// A material as the path tracer reads it.
@@ -77,14 +84,29 @@ struct Look {
     bsdf: Bsdf,
     /// Absorption inside, per world unit.
     absorption: Rgb,
+    /// How it varies from hit to hit.
+    varied: Option<Varied>,
+    /// The factor of an alpha that varies.
+    alpha: f32,
 }
 
 impl Materials {
-    /// Prepares a scene's materials.
-    pub fn new(rows: &[Material]) -> Materials {
+    /// Prepares a scene's materials, which textures may vary.
+    pub fn new(rows: &[Material], textures: &Textures) -> Materials {
         let all = rows.iter().copied().chain([Material::default()]);
-        let rows: Vec<Look> = all.map(Look::new).collect();
+        let mut rows: Vec<Look> = all.map(Look::new).collect();
+        for row in textures.iter() {
+            let look = &mut rows[row.material.index()];
+            *look = Look::varied(look.material, &row);
+        }
+        let has = |what: fn(&Varied) -> bool| {
+            let mut all = rows.iter().filter_map(|look| look.varied.as_ref());
+            all.any(what)
+        };
         Materials {
+            has_textures: has(|_| true),
+            has_cutouts: has(Varied::has_alpha),
+            has_normal_maps: has(Varied::has_normals),
             any_shines: rows.iter().any(|look| look.shine().is_some()),
             has_media: rows.iter().any(Look::has_medium),
             has_dispersion: rows.iter().any(Look::has_dispersion),
@@ -135,6 +157,11 @@ impl Materials {
             && medium.is_some_and(|m| self.rows[m as usize].material.layers.dispersion > 0.0)
     }
 
+    /// Says whether some material varies from hit to hit.
+    pub fn has_textures(&self) -> bool {
+        self.has_textures
+    }
+
     /// Says whether light inside some material is bent or absorbed.
     pub fn has_media(&self) -> bool {
         self.has_media
@@ -170,6 +197,8 @@ impl Look {
             bsdf: Bsdf::new(&material),
             absorption: layers.attenuation_color.map(absorb),
             material,
+            varied: None,
+            alpha: 1.0,
         }
     }
 
@@ -201,7 +230,8 @@ impl Look {
     fn lets_shadow_rays_pass(&self) -> bool {
         let layers = &self.material.layers;
         let is_pane = self.material.transmission > 0.0 && layers.thin_walled;
-        layers.opacity < 1.0 || is_pane && self.bsdf.only_delta
+        let cutout = self.varied.as_ref().is_some_and(Varied::has_alpha);
+        cutout || layers.opacity < 1.0 || is_pane && self.bsdf.only_delta
     }
 }
 
@@ -227,6 +257,7 @@ pub struct PathScratch<'b> {
     starts: ArenaVec<'b, u32>,
     lights: LightRays<'b>,
     cached: CacheColumns<'b>,
+    passing: Passing<'b>,
     layers: Option<LayerSlots<'b>>,
     /// What the tile's pixels meet first.
     first_met: Option<&'b mut [FirstMet]>,
@@ -237,22 +268,25 @@ pub struct PathScratch<'b> {
 
 impl<'b> PathScratch<'b> {
     /// `smooth` says whether the scene has meshes with vertex normals, `has_holes` whether paths
-    /// may pass surfaces, `is_cached` whether there is an irradiance cache.
+    /// may pass surfaces, `is_cached` whether there is an irradiance cache, `has_textures` whether
+    /// materials vary from hit to hit.
     pub fn new(
         arena: &'b Bump,
         trace: &'b mut TraceScratch,
-        (smooth, has_holes, is_cached): (bool, bool, bool),
+        (smooth, has_holes, is_cached, has_textures): (bool, bool, bool, bool),
     ) -> PathScratch<'b> {
         let mut buffer = HitBuffer::with_capacity(BATCH, arena);
         buffer.wants_lift = smooth;
+        buffer.wants_places = has_textures;
         PathScratch {
-            waves: std::array::from_fn(|_| Paths::new(arena, (has_holes, is_cached))),
+            waves: std::array::from_fn(|_| Paths::new(arena, (has_holes, is_cached, has_textures))),
             hits: HitColumns::new(arena),
             buffer,
             order: ArenaVec::with_capacity_in(BATCH, arena),
             starts: ArenaVec::new_in(arena),
             lights: LightRays::new(arena),
             cached: CacheColumns::new(arena),
+            passing: Passing::new(arena),
             layers: None,
             first_met: None,
             record: None,
@@ -383,6 +417,11 @@ impl SampleNumbers<'_> {
 pub struct PathTracer<'w> {
     pub world: &'w World,
     pub kernels: Kernels,
+    /// The width of camera rays at the eye, and how much wider they get per unit of way: for the
+    /// levels of textures.
+    pub cone: [f32; 2],
+    /// Whether a texture's look-up takes one texel by random numbers.
+    pub picks_texels: bool,
     pub luminaires: &'w Luminaires,
     pub materials: &'w Materials,
     pub sampler: Sampler,
@@ -426,7 +465,7 @@ impl PathTracer<'_> {
         cache: &mut ShadowCache,
         statistics: &mut Statistics,
     ) {
-        scratch.waves[0].begin(self.media);
+        scratch.waves[0].begin(self.media, self.cone);
         for depth in 0..=self.max_depth {
             if scratch.waves[0].rays.is_empty() || self.cancel.load(Relaxed) {
                 return;
@@ -450,6 +489,14 @@ impl PathTracer<'_> {
         let count = wave.rays.len();
         let hits = &mut scratch.hits;
         hits.closest((self.world, &self.kernels), &mut wave.rays, scratch.trace);
+        if self.materials.has_cutouts {
+            let scratch = (
+                &mut scratch.passing,
+                &mut scratch.buffer,
+                &mut *scratch.trace,
+            );
+            self.pass_cutouts((samples, depth), (wave, hits), scratch);
+        }
         let (t, instance, primitive) = (&hits.t, &hits.instance, &hits.primitive);
         count_rays(&wave.rays.kind, &instance[..count], depth, statistics);
         if let Some(record) = &mut scratch.record {
@@ -475,6 +522,9 @@ impl PathTracer<'_> {
             (t, instance, primitive),
             buffer,
         );
+        if self.materials.has_normal_maps {
+            self.bend_normals((samples, depth), wave, buffer);
+        }
         if let (Some(met), Some(open)) = (&mut scratch.first_met, &wave.open) {
             self.meet(met, (wave, open), (depth, instance), buffer);
         }
@@ -489,7 +539,7 @@ impl PathTracer<'_> {
             self.absorb(wave, buffer);
         }
         self.add_sky(wave, (depth, &instance[..count]), film);
-        self.add_emission(wave, (depth, instance, primitive), buffer, film);
+        self.add_emission(wave, (samples, depth), (instance, primitive), buffer, film);
         if depth == self.max_depth {
             return;
         }
@@ -503,13 +553,29 @@ impl PathTracer<'_> {
             let same = rest.take_while(|hit| buffer.material[**hit as usize] == material);
             let same = same.count();
             let hits: [u32; STEP] = std::array::from_fn(|i| scratch.order[first + i.min(same - 1)]);
-            self.scatter(
-                (samples, depth),
-                (wave, buffer),
-                (&hits, same, self.materials.number(material)),
-                (next, &mut scratch.lights, &mut scratch.cached),
-                scratch.trace,
-            );
+            let number = self.materials.number(material);
+            let look = &self.materials.rows[number as usize];
+            let deep = look.varied.as_ref().filter(|varied| varied.is_deep);
+            // Where more varies than shading varies in lanes, each hit has a material of its own.
+            let groups = if deep.is_some() { same } else { 1 };
+            for i in 0..groups {
+                let (hits, count, own) = match deep {
+                    None => (hits, same, None),
+                    Some(varied) => {
+                        let hit = hits[i];
+                        let at =
+                            self.look_at((look, varied), (samples, depth), wave, (buffer, hit));
+                        ([hit; STEP], 1, Some(at))
+                    }
+                };
+                self.scatter(
+                    (samples, depth),
+                    (wave, buffer),
+                    (&hits, count, (number, own.as_ref().unwrap_or(look))),
+                    (next, &mut scratch.lights, &mut scratch.cached),
+                    scratch.trace,
+                );
+            }
             first += same;
         }
         scratch.cached.add_to(film, self.layers);

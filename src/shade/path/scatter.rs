@@ -6,6 +6,7 @@ use super::layers::{LayerKey, SKY, shares};
 use super::shadows::{BODY_END, LightRays};
 use super::spot::{Spot, widen};
 use super::state::{Media, Paths};
+use super::textured::widening;
 use super::{Look, PathTracer, ROULETTE_DEPTH, SampleNumbers, share};
 use crate::light::bsdf::Sampled;
 use crate::math::lanes::{Lanes, Mask, Words};
@@ -24,17 +25,19 @@ impl PathTracer<'_> {
         &self,
         (numbers, depth): (SampleNumbers, u32),
         (wave, buffer): (&Paths, &HitBuffer),
-        (hits, count, number): (&[u32; STEP], usize, u32),
+        (hits, count, (number, look)): (&[u32; STEP], usize, (u32, &Look)),
         (next, lights, cached): (&mut Paths, &mut LightRays, &mut CacheColumns),
         trace: &mut TraceScratch,
     ) {
-        let look = &self.materials.rows[number as usize];
         let opacity = look.material.layers.opacity;
         let ends = look.material.layers.unlit || look.bsdf.is_black;
         if ends && opacity >= 1.0 {
             return;
         }
-        let mut spot = Spot::new((wave, buffer), hits, count);
+        let mut spot = Spot::new((wave, buffer), look, hits, count);
+        if let Some(varied) = &look.varied {
+            spot.looks = self.looks_at((look, varied), (numbers, depth), wave, (buffer, hits));
+        }
         if buffer.wants_lift && !look.bsdf.transmits {
             let lift = spot.lifted - spot.point;
             spot.curved = lift.max_abs().gt(Doubles::zero()).bits() & spot.lanes;
@@ -83,10 +86,9 @@ impl PathTracer<'_> {
             let numbers = self.sampler.pad(keys, samples, 3 + 2 * depth);
             self.aim(wave, look, &spot, numbers, (buffer, lights));
         }
-        let looks = look.bsdf.looks();
         let sampled = look
             .bsdf
-            .sample(&looks, spot.eta, spot.out_local, [u, v], lobe);
+            .sample(&spot.looks, spot.eta, spot.out_local, [u, v], lobe);
         let mut onward = None;
         if let Some(cache) = &self.cache {
             let taken =
@@ -145,8 +147,7 @@ impl PathTracer<'_> {
         if rows == 0 {
             return;
         }
-        let looks = look.bsdf.looks();
-        let found = look.bsdf.eval(&looks, spot.eta, spot.out_local, into);
+        let found = look.bsdf.eval(&spot.looks, spot.eta, spot.out_local, into);
         let one = Singles::splat(1.0);
         let part = Lanes::select(light.delta, one, share(light.pdf, found.pdf));
         let part = part / light.pdf;
@@ -201,7 +202,7 @@ impl PathTracer<'_> {
         if let (Some(keys), Some(plan)) = (&mut lights.keys, self.layers) {
             let share = look
                 .bsdf
-                .diffuse_share(&looks, spot.eta, spot.out_local, into);
+                .diffuse_share(&spot.looks, spot.eta, spot.out_local, into);
             let (share, delta) = (shares(share), light.delta.bits());
             let emitters = light.emitter.as_ref();
             let all: [LayerKey; STEP] = std::array::from_fn(|i| LayerKey {
@@ -292,13 +293,23 @@ impl PathTracer<'_> {
             0 => RayKind::Reflection,
             _ => RayKind::Refraction,
         });
+        if let Some(cones) = &mut next.cones {
+            let wider: [f32; STEP] = std::array::from_fn(|i| {
+                if delta >> i & 1 != 0 {
+                    0.0
+                } else {
+                    widening(pdf[i])
+                }
+            });
+            let all = self.cones_after((wave, buffer), (&spot.hits, &spot.rays), wider);
+            keep(cones, &all, rows);
+        }
         let paths = &mut *next;
         if let Some(trails) = &mut paths.trails {
-            let looks = look.bsdf.looks();
             let into = sampled.into;
             let share = look
                 .bsdf
-                .diffuse_share(&looks, spot.eta, spot.out_local, into);
+                .diffuse_share(&spot.looks, spot.eta, spot.out_local, into);
             let share = shares(share);
             let all: [_; STEP] = std::array::from_fn(|i| {
                 let before = wave.trail_on(spot.rays[i]);
@@ -351,6 +362,10 @@ impl PathTracer<'_> {
         let org = spot.point + spot.ng * (side * offset);
         let of = spot.rays.map(|ray| ray as usize);
         let kinds = [RayKind::Refraction; STEP];
+        if let Some(cones) = &mut next.cones {
+            let all = self.cones_after((wave, buffer), (&spot.hits, &spot.rays), [0.0; STEP]);
+            keep(cones, &all, rows);
+        }
         if let Some(trails) = &mut next.trails {
             keep(trails, &spot.rays.map(|ray| wave.trail(ray)), rows);
         }

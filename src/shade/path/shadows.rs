@@ -137,7 +137,11 @@ impl PathTracer<'_> {
             let surface = buffer.surface(hit);
             let dir = DVec3::from_array(rays.dir(ray));
             let cos = dir.normalize().dot(surface.ns).abs() as f32;
-            let passed = look.bsdf.straight(cos);
+            let mut passed = look.bsdf.straight(cos);
+            if let Some(varied) = look.varied.as_ref().filter(|varied| varied.has_alpha()) {
+                let there = self.opacity_at(look, varied, &buffer.places[hit]);
+                passed = passed.map(|share| (1.0 - there) + there * share);
+            }
             let before = rays.weight.row(ray);
             let weight = std::array::from_fn(|k| before[k] * passed[k]);
             let side = if dir.dot(surface.ng) >= 0.0 {

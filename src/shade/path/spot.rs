@@ -3,6 +3,7 @@
 use super::Look;
 use super::emission::narrow;
 use super::state::{Media, Paths};
+use crate::light::bsdf::Looks;
 use crate::light::sampling::Frame;
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask};
@@ -34,6 +35,8 @@ pub(super) struct Spot {
     pub out: Vec3<Doubles>,
     pub frame: Frame<Singles>,
     pub out_local: Vec3<Singles>,
+    /// What varies of the material.
+    pub looks: Looks<Singles>,
     pub throughput: Vec3<Singles>,
     /// The throughput of paths that are not scattered here, which a cache does not lessen.
     pub passing: Vec3<Singles>,
@@ -48,7 +51,12 @@ pub(super) fn widen(v: Vec3<Singles>) -> Vec3<Doubles> {
 }
 
 impl Spot {
-    pub fn new((wave, buffer): (&Paths, &HitBuffer), hits: &[u32; STEP], count: usize) -> Spot {
+    pub fn new(
+        (wave, buffer): (&Paths, &HitBuffer),
+        look: &Look,
+        hits: &[u32; STEP],
+        count: usize,
+    ) -> Spot {
         let rays = hits.map(|hit| buffer.row[hit as usize]);
         let ng = buffer.ng.gather(hits);
         let side: Doubles = gather(&buffer.side, hits);
@@ -82,6 +90,7 @@ impl Spot {
             out,
             frame,
             out_local,
+            looks: look.bsdf.looks(),
             throughput,
             passing,
             eta: Singles::splat(1.0),

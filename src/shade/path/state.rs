@@ -32,6 +32,8 @@ pub(super) struct Paths<'b> {
     /// The factors of the path's weight from its next scattering on: what an irradiance cache
     /// has given is not found again. Kept where there is a cache.
     onward: Option<Column3<'b, Singles>>,
+    /// The rays' cones, if textures are looked up.
+    pub cones: Option<ArenaVec<'b, Cone>>,
     /// The paths' ways, if layers of light are kept.
     pub trails: Option<ArenaVec<'b, Trail>>,
     /// Whether the path has come from the camera through holes alone, if mattes are kept.
@@ -43,8 +45,11 @@ pub(super) struct Paths<'b> {
 
 impl<'b> Paths<'b> {
     /// `has_holes` says whether paths may pass surfaces, `is_cached` whether there is an
-    /// irradiance cache.
-    pub fn new(arena: &'b Bump, (has_holes, is_cached): (bool, bool)) -> Paths<'b> {
+    /// irradiance cache, `has_textures` whether materials vary from hit to hit.
+    pub fn new(
+        arena: &'b Bump,
+        (has_holes, is_cached, has_textures): (bool, bool, bool),
+    ) -> Paths<'b> {
         let numbers = || ArenaVec::with_capacity_in(BATCH, arena);
         Paths {
             rays: RayQueue::with_capacity(BATCH, arena),
@@ -56,6 +61,7 @@ impl<'b> Paths<'b> {
             straight: ArenaVec::with_capacity_in(BATCH, arena),
             origin: has_holes.then(|| Column3::with_capacity(BATCH, arena)),
             onward: is_cached.then(|| Column3::with_capacity(BATCH, arena)),
+            cones: has_textures.then(|| ArenaVec::with_capacity_in(BATCH, arena)),
             trails: None,
             open: None,
             guiding: None,
@@ -126,6 +132,9 @@ impl<'b> Paths<'b> {
         if let Some(onward) = &mut self.onward {
             onward.truncate(0);
         }
+        if let Some(cones) = &mut self.cones {
+            cones.clear();
+        }
         if let Some(trails) = &mut self.trails {
             trails.clear();
         }
@@ -138,7 +147,7 @@ impl<'b> Paths<'b> {
     }
 
     /// Gives camera rays, which are in the queue already, the state of paths that begin.
-    pub fn begin(&mut self, media: Media) {
+    pub fn begin(&mut self, media: Media, [width, spread]: [f32; 2]) {
         let paths = self.rays.len();
         self.pdf.resize(paths, f32::INFINITY);
         self.normal.resize(paths, [0.0; 3]);
@@ -152,6 +161,9 @@ impl<'b> Paths<'b> {
         if let Some(onward) = &mut self.onward {
             onward.resize(paths, [1.0; 3]);
         }
+        if let Some(cones) = &mut self.cones {
+            cones.resize(paths, Cone { width, spread });
+        }
         if let Some(trails) = &mut self.trails {
             trails.resize(paths, Trail::default());
         }
@@ -162,6 +174,14 @@ impl<'b> Paths<'b> {
             guiding.extend((0..paths).map(|ray| self.rays.weight.row(ray)[0]));
         }
     }
+}
+
+/// What a ray stands for: its width at its origin, and how much wider it gets per unit of way
+/// (Akenine-Möller et al. 2021).
+#[derive(Clone, Copy, Debug)]
+pub struct Cone {
+    pub width: f32,
+    pub spread: f32,
 }
 
 /// The media that a point is in, by number of their material plus one, 0 for none: at most

@@ -201,6 +201,8 @@ impl Change {
             triangles: mesh.triangles.to_vec(),
             parts: mesh.parts.to_vec(),
             open: mesh.open,
+            // The scenes of these tests have no textures.
+            ..MeshData::default()
         }
     }
 
@@ -436,6 +438,7 @@ impl Order {
             triangles: order.iter().enumerate().map(triangle).collect(),
             parts: Vec::new(),
             open: data.open,
+            ..MeshData::default()
         }
     }
 }

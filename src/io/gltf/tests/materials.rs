@@ -110,7 +110,7 @@ fn alpha_is_opacity_where_it_blends() {
     assert!(with("MASK", 0.25, false).is_err());
     let (textured, warning) = with("BLEND", 0.5, true).unwrap();
     assert_eq!(textured.layers.opacity, 0.5);
-    assert!(warning.unwrap().contains("1 × alpha mode"));
+    assert!(warning.unwrap().contains("1 × texture (texture 0 of 0)"));
 }
 
 #[test]

@@ -1,0 +1,125 @@
+//! Images of materials to the scene's textures.
+
+use super::schema;
+use super::schema_texture::{AlphaMode, Filter, Texture, Wrap};
+use super::tree::{Source, quoted};
+use crate::scene::{self, Alpha, ImageId, MaterialId, SceneBuilder, Slot, TextureRef, Texturing};
+use crate::shared::folder::read_file;
+use crate::shared::messages::one_line;
+use crate::shared::texels::{decode, texture_transform};
+use crate::{Folder, LoadError, LoadOptions};
+use std::collections::HashMap;
+use std::path::PathBuf;
+
+/// The images read so far, by file and use.
+pub(super) struct ImageFiles {
+    folder: Folder,
+    known: HashMap<(PathBuf, bool), ImageId>,
+}
+
+impl ImageFiles {
+    pub(super) fn new(source: &Source, options: &LoadOptions) -> ImageFiles {
+        ImageFiles {
+            folder: Folder::new(source.path, options),
+            known: HashMap::new(),
+        }
+    }
+}
+
+/// Says whether a material has images.
+pub(super) fn has_textures(row: &schema::Material) -> bool {
+    row.base_color_texture.is_some()
+        || row.metallic_roughness_texture.is_some()
+        || row.emission_texture.is_some()
+        || row.vertex_colors == Some(true)
+}
+
+/// Adds the images of a material. Fails for images that cannot be read.
+pub(super) fn textures(
+    source: &Source,
+    row: &schema::Material,
+    id: MaterialId,
+    files: &mut ImageFiles,
+    scene: &mut SceneBuilder,
+) -> Result<(), LoadError> {
+    if !has_textures(row) {
+        return Ok(());
+    }
+    let mut refs = Vec::new();
+    for (slot, texture) in [
+        (Slot::BaseColor, &row.base_color_texture),
+        (Slot::MetallicRoughness, &row.metallic_roughness_texture),
+        (Slot::Emission, &row.emission_texture),
+    ] {
+        if let Some(texture) = texture {
+            refs.push((slot, one(source, texture, slot, files, scene)?));
+        }
+    }
+    let cutoff = row.alpha_cutoff.unwrap_or(0.5);
+    let texturing = Texturing {
+        alpha: match row.alpha {
+            None => Alpha::Opaque,
+            Some(AlphaMode::Blend) => Alpha::Blend,
+            Some(AlphaMode::Mask) => Alpha::Mask(cutoff),
+        },
+        vertex_color: row.vertex_colors.unwrap_or(false),
+        ..Texturing::default()
+    };
+    scene.texture(id, texturing, &refs);
+    Ok(())
+}
+
+fn one(
+    source: &Source,
+    texture: &Texture,
+    slot: Slot,
+    files: &mut ImageFiles,
+    scene: &mut SceneBuilder,
+) -> Result<TextureRef, LoadError> {
+    let at = texture.file.at;
+    let failed = |why: String| {
+        let name = quoted(&texture.file.value);
+        source.error(at, format!("the image {name} cannot be read: {why}"))
+    };
+    let path = files
+        .folder
+        .resolve(&texture.file.value)
+        .map_err(|e| match e {
+            LoadError::Read { source: why, .. } => failed(why.to_string()),
+            other => other,
+        })?;
+    let key = (path, slot.is_color());
+    let image = match files.known.get(&key) {
+        Some(known) => *known,
+        None => {
+            let bytes = read_file(&key.0).map_err(|e| match e {
+                LoadError::Read { source: why, .. } => failed(why.to_string()),
+                other => other,
+            })?;
+            let image = decode(&bytes, key.1).map_err(|why| failed(one_line(&why)))?;
+            let id = scene.image(image.texels, image.channels, key.1, image.size);
+            files.known.insert(key, id);
+            id
+        }
+    };
+    let wrap = match texture.wrap {
+        None | Some(Wrap::Repeat) => scene::Wrap::Repeat,
+        Some(Wrap::Mirror) => scene::Wrap::Mirror,
+        Some(Wrap::Clamp) => scene::Wrap::Clamp,
+    };
+    let transform = texture_transform(
+        texture.scale.unwrap_or([1.0; 2]),
+        texture.rotation.unwrap_or(0.0).to_radians(),
+        texture.offset.unwrap_or([0.0; 2]),
+    );
+    if !transform.iter().flatten().all(|x| x.is_finite()) {
+        let message = "the image's scale, rotation and offset must be finite";
+        return Err(source.error(at, message));
+    }
+    Ok(TextureRef {
+        wrap: [wrap; 2],
+        nearest: matches!(texture.filter, Some(Filter::Nearest)),
+        transform,
+        ..TextureRef::plain(image)
+    })
+}

@@ -1,0 +1,259 @@
+//! Textures: images in columns of encoded texels with their smaller levels, and which numbers of
+//! which materials they scale.
+//!
+//! Texels stay as files have them, 8 or 16 bits a channel, and sRGB is decoded by a table where a
+//! texel is read. Smaller levels are means of four texels in linear light.
+
+use super::ids::{ImageId, MaterialId};
+use super::texels::{Levels, levels_of};
+use std::ops::Range;
+
+/// The numbers of an image's texels, all levels one after the other, each by rows from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Texels {
+    Bytes(Vec<u8>),
+    Words(Vec<u16>),
+}
+
+/// An image with its smaller levels.
+#[derive(Clone, Debug)]
+pub struct Image {
+    pub texels: Texels,
+    /// 1 (grey), 2 (grey and alpha), 3 or 4.
+    pub channels: u8,
+    /// Whether colours are encoded by sRGB's curve; alpha never is.
+    pub is_srgb: bool,
+    pub levels: Levels,
+}
+
+/// What is beyond an image's edge.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Wrap {
+    #[default]
+    Repeat,
+    Mirror,
+    Clamp,
+}
+
+/// An image as a material refers to it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TextureRef {
+    pub image: ImageId,
+    /// The mesh's set of texture coordinates.
+    pub uv_set: u8,
+    /// Along u and v.
+    pub wrap: [Wrap; 2],
+    /// Whether the nearest texel is shown instead of a mean of four.
+    pub nearest: bool,
+    /// Image coordinates from texture coordinates, by rows: the last column is the shift.
+    pub transform: [[f64; 3]; 2],
+}
+
+/// The numbers of a material that an image may scale. Channels are glTF's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Slot {
+    /// Colour, and alpha.
+    BaseColor,
+    /// Roughness in green, metallic in blue.
+    MetallicRoughness,
+    Emission,
+    /// A normal of the tangent frame, encoded from 0 to 1.
+    Normal,
+    /// Opacity in the first channel: MTL's `map_d`.
+    Opacity,
+    Specular,
+    SpecularColor,
+    Clearcoat,
+    ClearcoatRoughness,
+    SheenColor,
+    SheenRoughness,
+    Transmission,
+    Iridescence,
+    IridescenceThickness,
+    /// A direction in red and green, the strength in blue.
+    Anisotropy,
+    DiffuseTransmission,
+    DiffuseTransmissionColor,
+}
+
+impl Slot {
+    /// Says whether images of this use hold colours, encoded by sRGB's curve.
+    pub fn is_color(self) -> bool {
+        use Slot::*;
+        matches!(
+            self,
+            BaseColor | Emission | SpecularColor | SheenColor | DiffuseTransmissionColor
+        )
+    }
+
+    /// Says whether the number is one of those that shading varies in lanes; the others make a
+    /// material of its own of each hit.
+    pub fn is_plain(self) -> bool {
+        use Slot::*;
+        matches!(
+            self,
+            BaseColor | MetallicRoughness | Emission | Normal | Opacity
+        )
+    }
+}
+
+/// What a surface's alpha does.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Alpha {
+    /// Nothing.
+    #[default]
+    Opaque,
+    /// It is the share of the surface that is there.
+    Blend,
+    /// The surface is there where alpha is no less than this.
+    Mask(f32),
+}
+
+/// A material that differs from hit to hit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Texturing {
+    pub alpha: Alpha,
+    /// Whether the colours of vertices scale the base colour, and alpha.
+    pub vertex_color: bool,
+    /// The scale of the x and y of the normal map.
+    pub normal_scale: f32,
+    /// The thickness of an iridescent film, in nanometres, where its image is 0.
+    pub film_least: f32,
+}
+
+impl Default for Texturing {
+    fn default() -> Texturing {
+        Texturing {
+            alpha: Alpha::Opaque,
+            vertex_color: false,
+            normal_scale: 1.0,
+            film_least: 100.0,
+        }
+    }
+}
+
+/// The images of a scene, and the materials that they and the colours of vertices vary.
+#[derive(Clone, Debug, Default)]
+pub struct Textures {
+    pub images: Vec<Image>,
+    /// By row: the material, and its rows of `refs`.
+    of: Vec<(MaterialId, Range<u32>)>,
+    rows: Vec<Texturing>,
+    refs: Vec<(Slot, TextureRef)>,
+    /// The linear value of each code of 8 bits: sRGB's curve, then none.
+    decode: Vec<[f32; 256]>,
+}
+
+/// A row of [`Textures`].
+#[derive(Clone, Copy, Debug)]
+pub struct TexturedMaterial<'a> {
+    pub material: MaterialId,
+    pub texturing: &'a Texturing,
+    pub refs: &'a [(Slot, TextureRef)],
+}
+
+impl Textures {
+    /// Adds an image of level 0 with `size` columns and rows, and makes its smaller levels. A
+    /// linear image is passed with `is_srgb` false. Texels have `channels` numbers each.
+    pub fn push_image(
+        &mut self,
+        texels: Texels,
+        channels: u8,
+        is_srgb: bool,
+        size: [u32; 2],
+    ) -> ImageId {
+        if self.decode.is_empty() {
+            self.decode = vec![super::texels::srgb_table(), super::texels::linear_table()];
+        }
+        self.images
+            .push(levels_of(texels, channels, is_srgb, size, &self.decode));
+        ImageId(self.images.len() as u32 - 1)
+    }
+
+    /// Says how a material is varied; a material that is not listed is the same everywhere.
+    pub fn push(
+        &mut self,
+        material: MaterialId,
+        texturing: Texturing,
+        refs: &[(Slot, TextureRef)],
+    ) {
+        let first = self.refs.len() as u32;
+        self.refs.extend_from_slice(refs);
+        let at = self.of.partition_point(|(other, _)| *other <= material);
+        self.of
+            .insert(at, (material, first..self.refs.len() as u32));
+        self.rows.insert(at, texturing);
+    }
+
+    /// Lists the materials that vary, by rising id.
+    pub fn iter(&self) -> impl Iterator<Item = TexturedMaterial<'_>> {
+        (0..self.of.len()).map(|i| self.row(i))
+    }
+
+    /// Returns how a material varies, if it does.
+    pub fn of(&self, material: MaterialId) -> Option<TexturedMaterial<'_>> {
+        let found = self.of.binary_search_by_key(&material, |(id, _)| *id);
+        found.ok().map(|i| self.row(i))
+    }
+
+    fn row(&self, i: usize) -> TexturedMaterial<'_> {
+        let (material, refs) = &self.of[i];
+        TexturedMaterial {
+            material: *material,
+            texturing: &self.rows[i],
+            refs: &self.refs[refs.start as usize..refs.end as usize],
+        }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.of.is_empty()
+    }
+
+    /// Says whether an image scales what a material emits.
+    pub fn has_emission(&self, material: MaterialId) -> bool {
+        self.of(material).is_some_and(|row| row.has(Slot::Emission))
+    }
+
+    /// Says whether a material shines differently from place to place, so that light sampling
+    /// cannot aim at it.
+    pub fn varies_emission(&self, material: MaterialId) -> bool {
+        let varies =
+            |row: TexturedMaterial| row.has(Slot::Emission) || row.texturing.alpha != Alpha::Opaque;
+        self.of(material).is_some_and(varies)
+    }
+
+    /// Returns a texel's channels, decoded to linear numbers: grey is repeated, and alpha is 1
+    /// where there is none.
+    #[inline]
+    pub fn texel(&self, image: &Image, level: usize, x: u32, y: u32) -> [f32; 4] {
+        image.texel(level, [x, y], &self.decode)
+    }
+
+    pub fn bytes(&self) -> usize {
+        let images: usize = self.images.iter().map(Image::bytes).sum();
+        images
+            + self.decode.len() * size_of::<[f32; 256]>()
+            + self.of.len() * (size_of::<(MaterialId, Range<u32>)>() + size_of::<Texturing>())
+            + self.refs.len() * size_of::<(Slot, TextureRef)>()
+    }
+}
+
+impl TexturedMaterial<'_> {
+    /// Says whether an image scales a number of the material.
+    pub fn has(&self, slot: Slot) -> bool {
+        self.refs.iter().any(|(of, _)| *of == slot)
+    }
+}
+
+impl TextureRef {
+    /// Returns a reference to an image as it is.
+    pub fn plain(image: ImageId) -> TextureRef {
+        TextureRef {
+            image,
+            uv_set: 0,
+            wrap: [Wrap::Repeat; 2],
+            nearest: false,
+            transform: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        }
+    }
+}

@@ -1,0 +1,509 @@
+//! Materials that vary from hit to hit: their looks, normals and emission at hits, and surfaces
+//! that are there in part only.
+
+use super::hit_columns::HitColumns;
+use super::state::{Cone, Paths};
+use super::{Look, PathTracer, SampleNumbers};
+use crate::light::bsdf::{Bsdf, Looks, Variation};
+use crate::math::lanes::Lanes;
+use crate::scene::{
+    Alpha, Material, MaterialId, Model, Rgb, Slot, TextureRef, TexturedMaterial, Texturing,
+};
+use crate::shade::columns::{STEP, Singles};
+use crate::shade::hit_buffer::HitBuffer;
+use crate::shade::hits::fill_hit_buffer;
+use crate::shade::ray_queue::RayQueue;
+use crate::shade::textures::{Footprint, Place, colored, look_up};
+use crate::trace::{HitId, RayKind, TraceScratch};
+use bumpalo::Bump;
+use bumpalo::collections::Vec as ArenaVec;
+use glam::DVec3;
+
+/// How a material varies.
+#[derive(Debug)]
+pub(super) struct Varied {
+    pub texturing: Texturing,
+    pub refs: Vec<(Slot, TextureRef)>,
+    /// Whether more varies than base colour, metallic and roughness, emission and normals.
+    pub is_deep: bool,
+}
+
+impl Varied {
+    /// Says whether the surface is there in part only.
+    pub fn has_alpha(&self) -> bool {
+        self.texturing.alpha != Alpha::Opaque
+    }
+
+    /// Says whether a normal map bends the surface.
+    pub fn has_normals(&self) -> bool {
+        self.has(Slot::Normal)
+    }
+
+    fn has(&self, slot: Slot) -> bool {
+        self.refs.iter().any(|(of, _)| *of == slot)
+    }
+
+    fn row(&self) -> TexturedMaterial<'_> {
+        TexturedMaterial {
+            // Whose it is does not matter for look-ups.
+            material: MaterialId(0),
+            texturing: &self.texturing,
+            refs: &self.refs,
+        }
+    }
+}
+
+impl Look {
+    /// Makes the look of a material that varies. What alpha leaves out is left out before
+    /// shading, so its opacity is 1 there.
+    pub(super) fn varied(mut material: Material, row: &TexturedMaterial) -> Look {
+        let mut varied = Varied {
+            texturing: *row.texturing,
+            refs: row.refs.to_vec(),
+            is_deep: row.refs.iter().any(|(slot, _)| !slot.is_plain()),
+        };
+        if let Model::Phong { .. } = material.model {
+            // Its lobes have constants of their own.
+            varied.is_deep |= row.has(Slot::BaseColor) || varied.texturing.vertex_color;
+        }
+        let opacity = material.layers.opacity;
+        if varied.has_alpha() {
+            material.layers.opacity = 1.0;
+        }
+        let variation = match row.has(Slot::MetallicRoughness) {
+            true => Variation::Textured,
+            false => Variation::Uniform,
+        };
+        let mut look = Look::new(material);
+        look.bsdf = Bsdf::varied(&material, variation);
+        look.alpha = opacity;
+        look.varied = Some(varied);
+        look
+    }
+}
+
+/// Pads of random numbers for textures lie behind those of all depths.
+const TEXTURE_PADS: u32 = 1 << 16;
+
+/// Rays pass no more surfaces that are not there than this.
+const MOST_PASSED: usize = 256;
+
+/// Rays that pass surfaces that are not there, by row of their wave.
+pub(super) struct Passing<'b> {
+    rays: RayQueue<'b>,
+    hits: HitColumns<'b>,
+    /// The rest of each ray's random number; negative before it is drawn.
+    rest: ArenaVec<'b, f32>,
+}
+
+impl<'b> Passing<'b> {
+    pub fn new(arena: &'b Bump) -> Passing<'b> {
+        Passing {
+            rays: RayQueue::with_capacity(0, arena),
+            hits: HitColumns::empty(arena),
+            rest: ArenaVec::new_in(arena),
+        }
+    }
+}
+
+/// Returns how much wider the cone of a scattered ray gets: about a quarter of the width of the
+/// lobe whose density this is.
+pub(super) fn widening(pdf: f32) -> f32 {
+    match pdf > 0.0 {
+        true => (0.25 / pdf.sqrt()).min(0.5),
+        false => 0.5,
+    }
+}
+
+impl PathTracer<'_> {
+    /// Returns the footprint of a ray at its hit.
+    fn footprint(
+        &self,
+        wave: &Paths,
+        (buffer, hit): (&HitBuffer, u32),
+        pick: [f32; 2],
+    ) -> Footprint {
+        let hit = hit as usize;
+        let ray = buffer.row[hit] as usize;
+        let Cone { width, .. } = self.cone_at(wave, (buffer, hit), ray);
+        // The mean of the ellipse's axes.
+        let cos = buffer.incoming.get(hit).dot(buffer.ng.get(hit)).abs() as f32;
+        Footprint {
+            width: width / cos.max(1e-3).sqrt(),
+            pick: self.picks_texels.then_some(pick),
+        }
+    }
+
+    /// Returns a ray's cone where it meets a surface.
+    fn cone_at(&self, wave: &Paths, (buffer, hit): (&HitBuffer, usize), ray: usize) -> Cone {
+        let Some(cones) = &wave.cones else {
+            return Cone {
+                width: 0.0,
+                spread: 0.0,
+            };
+        };
+        let Cone { width, spread } = cones[ray];
+        let way = buffer.point.get(hit) - DVec3::from_array(wave.rays.org(ray));
+        Cone {
+            width: width + spread * way.length() as f32,
+            spread,
+        }
+    }
+
+    /// Returns the cones of the rays that go on from some hits.
+    pub(super) fn cones_after(
+        &self,
+        (wave, buffer): (&Paths, &HitBuffer),
+        (hits, rays): (&[u32; STEP], &[u32; STEP]),
+        wider: [f32; STEP],
+    ) -> [Cone; STEP] {
+        std::array::from_fn(|i| {
+            let cone = self.cone_at(wave, (buffer, hits[i] as usize), rays[i] as usize);
+            Cone {
+                spread: cone.spread + wider[i],
+                ..cone
+            }
+        })
+    }
+
+    /// Returns the random numbers of a hit's look-ups.
+    fn picks(&self, (samples, depth): (SampleNumbers, u32), wave: &Paths, ray: usize) -> [f32; 4] {
+        let sample = samples.of(wave.rays.pixel[ray]);
+        self.sampler
+            .pad_one(wave.key[ray], sample, TEXTURE_PADS + depth)
+    }
+
+    /// Returns the looks of some hits of a material.
+    pub(super) fn looks_at(
+        &self,
+        (look, varied): (&Look, &Varied),
+        at: (SampleNumbers, u32),
+        wave: &Paths,
+        (buffer, hits): (&HitBuffer, &[u32; STEP]),
+    ) -> Looks<Singles> {
+        let mut color = [[0.0_f32; STEP]; 3];
+        let (mut metallic, mut roughness) = ([0.0_f32; STEP], [0.0_f32; STEP]);
+        let own = look.bsdf.looks::<f32>();
+        for (i, hit) in hits.iter().enumerate() {
+            if i > 0 && hits[i] == hits[i - 1] {
+                for column in color.iter_mut().chain([&mut metallic, &mut roughness]) {
+                    column[i] = column[i - 1];
+                }
+                continue;
+            }
+            let looks = self.one_look(varied, own, at, wave, (buffer, *hit));
+            for (column, channel) in color.iter_mut().zip(looks.base_color) {
+                column[i] = channel;
+            }
+            (metallic[i], roughness[i]) = (looks.metallic, looks.roughness);
+        }
+        Looks {
+            base_color: color.each_ref().map(|column| Singles::load(column)),
+            metallic: Singles::load(&metallic),
+            roughness: Singles::load(&roughness),
+        }
+    }
+
+    fn one_look(
+        &self,
+        varied: &Varied,
+        mut own: Looks<f32>,
+        at: (SampleNumbers, u32),
+        wave: &Paths,
+        (buffer, hit): (&HitBuffer, u32),
+    ) -> Looks<f32> {
+        let scene = &self.world.scene;
+        let place = &buffer.places[hit as usize];
+        let ray = buffer.row[hit as usize] as usize;
+        let [texel, level, ..] = self.picks(at, wave, ray);
+        let footprint = self.footprint(wave, (buffer, hit), [texel, level]);
+        let row = varied.row();
+        let [r, g, b, _] = colored(scene, &row, own.base_color, (place, footprint));
+        own.base_color = [r, g, b];
+        for (slot, texture) in &varied.refs {
+            if *slot == Slot::MetallicRoughness {
+                let [_, g, b, _] = look_up(scene, texture, place, footprint);
+                own.roughness *= g;
+                own.metallic *= b;
+            }
+        }
+        own
+    }
+
+    /// Returns the look of one hit whose material varies in more than shading varies in lanes:
+    /// that of a material of the numbers that are there.
+    pub(super) fn look_at(
+        &self,
+        (look, varied): (&Look, &Varied),
+        at: (SampleNumbers, u32),
+        wave: &Paths,
+        (buffer, hit): (&HitBuffer, u32),
+    ) -> Look {
+        let scene = &self.world.scene;
+        let place = &buffer.places[hit as usize];
+        let ray = buffer.row[hit as usize] as usize;
+        let [texel, level, ..] = self.picks(at, wave, ray);
+        let footprint = self.footprint(wave, (buffer, hit), [texel, level]);
+        let looks = self.one_look(varied, look.bsdf.looks(), at, wave, (buffer, hit));
+        let mut material = look.material;
+        match &mut material.model {
+            Model::MetallicRoughness {
+                metallic,
+                roughness,
+            } => (*metallic, *roughness) = (looks.metallic, looks.roughness),
+            Model::Phong { diffuse, .. } => {
+                let row = varied.row();
+                let [r, g, b, _] = colored(scene, &row, *diffuse, (place, footprint));
+                *diffuse = [r, g, b];
+            }
+        }
+        material.base_color = looks.base_color;
+        for (slot, texture) in &varied.refs {
+            if !slot.is_plain() {
+                let texel = look_up(scene, texture, place, footprint);
+                scale(&mut material, *slot, texel, varied.texturing.film_least);
+            }
+        }
+        Look::new(material)
+    }
+
+    /// Returns the radiance that a surface shows by itself at a hit.
+    pub(super) fn shine_at(
+        &self,
+        (look, varied): (&Look, &Varied),
+        at: (SampleNumbers, u32),
+        wave: &Paths,
+        (buffer, hit): (&HitBuffer, usize),
+    ) -> Rgb {
+        let scene = &self.world.scene;
+        let place = &buffer.places[hit];
+        let [texel, level, ..] = self.picks(at, wave, buffer.row[hit] as usize);
+        let footprint = self.footprint(wave, (buffer, hit as u32), [texel, level]);
+        let mut shown = look.material.emission;
+        for (slot, texture) in &varied.refs {
+            if *slot == Slot::Emission {
+                let texel = look_up(scene, texture, place, footprint);
+                shown = std::array::from_fn(|k| shown[k] * texel[k]);
+            }
+        }
+        if look.material.layers.unlit {
+            let row = varied.row();
+            let color = colored(scene, &row, look.material.base_color, (place, footprint));
+            shown = std::array::from_fn(|k| shown[k] + color[k]);
+        }
+        shown
+    }
+
+    /// Returns the share of a surface that is there at a place.
+    pub(super) fn opacity_at(&self, look: &Look, varied: &Varied, place: &Place) -> f32 {
+        let row = varied.row();
+        let point = Footprint::POINT;
+        let [.., alpha] = colored(&self.world.scene, &row, [0.0; 3], (place, point));
+        match varied.texturing.alpha {
+            Alpha::Opaque => 1.0,
+            Alpha::Blend => (alpha * look.alpha).clamp(0.0, 1.0),
+            Alpha::Mask(cutoff) if alpha >= cutoff => 1.0,
+            Alpha::Mask(_) => 0.0,
+        }
+    }
+
+    /// Brings the rays of a wave to the first surfaces that are there: those of a mask where it
+    /// says so, those that blend by a random number. Surfaces passed count as no bounce.
+    pub(super) fn pass_cutouts(
+        &self,
+        at: (SampleNumbers, u32),
+        (wave, hits): (&mut Paths, &mut HitColumns),
+        (passing, buffer, trace): (&mut Passing, &mut HitBuffer, &mut TraceScratch),
+    ) {
+        let Passing {
+            rays,
+            hits: found,
+            rest,
+        } = passing;
+        rays.truncate(0);
+        rest.clear();
+        for round in 0..=MOST_PASSED {
+            // The first time all rays of the wave, then those that passed.
+            let count = match round {
+                0 => wave.rays.len(),
+                _ => rays.len(),
+            };
+            if round > 0 {
+                found.closest((self.world, &self.kernels), rays, trace);
+                for i in 0..count {
+                    let ray = rays.pixel[i] as usize;
+                    wave.rays.set_org(ray, rays.org(i));
+                    hits.t[ray] = found.t[i];
+                    hits.instance[ray] = found.instance[i];
+                    hits.primitive[ray] = found.primitive[i];
+                }
+            }
+            let some = match round {
+                0 => &*hits,
+                _ => &*found,
+            };
+            let mut met = some.instance[..count].iter();
+            if met.all(|instance| *instance == HitId::NONE.instance) {
+                break;
+            }
+            let queue = if round == 0 { &wave.rays } else { &*rays };
+            fill_hit_buffer(
+                (self.world, self.kernels.precision),
+                (queue, 0..count),
+                (&some.t, &some.instance, &some.primitive),
+                buffer,
+            );
+            for hit in 0..buffer.len() {
+                let number = self.materials.number(buffer.material[hit]);
+                let look = &self.materials.rows[number as usize];
+                let Some(varied) = look.varied.as_ref().filter(|varied| varied.has_alpha()) else {
+                    continue;
+                };
+                let row = buffer.row[hit] as usize;
+                let (ray, mut left) = match round {
+                    0 => (row, -1.0),
+                    _ => (rays.pixel[row] as usize, rest[row]),
+                };
+                let there = self.opacity_at(look, varied, &buffer.places[hit]);
+                if there >= 1.0 || round == MOST_PASSED {
+                    continue;
+                }
+                if there > 0.0 {
+                    if left < 0.0 {
+                        [_, _, left, _] = self.picks(at, wave, ray);
+                    }
+                    if left < there {
+                        continue;
+                    }
+                    // The rest of the number is as good as new.
+                    left = ((left - there) / (1.0 - there)).min(1.0 - f32::EPSILON);
+                }
+                let surface = buffer.surface(hit);
+                let dir = DVec3::from_array(wave.rays.dir(ray));
+                if self.materials.has_media {
+                    let way = surface.point - DVec3::from_array(wave.rays.org(ray));
+                    let share = self.materials.left(&wave.media[ray], way.length() as f32);
+                    let weight = wave.rays.weight.row(ray);
+                    let weight = std::array::from_fn(|k| weight[k] * share[k]);
+                    wave.rays.weight.set(ray, weight);
+                }
+                let cone = self.cone_at(wave, (buffer, hit), ray);
+                if let Some(cones) = &mut wave.cones {
+                    cones[ray] = cone;
+                }
+                let org = surface.leave(dir);
+                let kind = RayKind::Refraction;
+                rays.push(org, dir, f32::INFINITY, ray as u32, [1.0; 3], kind);
+                rest.push(left);
+            }
+            if round > 0 {
+                rays.drop_first(count);
+                rest.drain(..count);
+            }
+            if rays.is_empty() {
+                break;
+            }
+        }
+    }
+
+    /// Bends the shading normals of hits by the normal maps of their materials.
+    pub(super) fn bend_normals(
+        &self,
+        at: (SampleNumbers, u32),
+        wave: &Paths,
+        buffer: &mut HitBuffer,
+    ) {
+        let scene = &self.world.scene;
+        for hit in 0..buffer.len() {
+            let number = self.materials.number(buffer.material[hit]);
+            let Some(varied) = &self.materials.rows[number as usize].varied else {
+                continue;
+            };
+            let place = buffer.places[hit];
+            let map = varied.refs.iter().find(|(slot, _)| *slot == Slot::Normal);
+            let (Some((_, map)), true) = (map, place.bitangent != 0.0) else {
+                continue;
+            };
+            let [texel, level, ..] = self.picks(at, wave, buffer.row[hit] as usize);
+            let footprint = self.footprint(wave, (buffer, hit as u32), [texel, level]);
+            let texel = look_up(scene, map, &place, footprint).map(f64::from);
+            let scale = f64::from(varied.texturing.normal_scale);
+            let [x, y, z] = [0, 1, 2].map(|k| 2.0 * texel[k] - 1.0);
+            let side = buffer.side[hit];
+            // The frame of the outer side; seen from inside, all of it is turned.
+            let normal = buffer.ns.get(hit) * side;
+            let tangent = DVec3::from_array(place.tangent);
+            let tangent = (tangent - normal * normal.dot(tangent)).normalize_or_zero();
+            let bitangent = normal.cross(tangent) * place.bitangent;
+            let bent = tangent * (x * scale) + bitangent * (y * scale) + normal * z;
+            let bent = (bent * side).normalize_or_zero();
+            if tangent == DVec3::ZERO || bent == DVec3::ZERO {
+                continue;
+            }
+            let facing = buffer.ng.get(hit) * side;
+            let out = -buffer.incoming.get(hit);
+            buffer
+                .ns
+                .set(hit, above_surface(bent, facing, out).to_array());
+        }
+        buffer.finish_normals();
+    }
+}
+
+/// Turns a shading normal towards the geometric one until what is mirrored about it leaves the
+/// surface: eight halvings of the way between them.
+fn above_surface(bent: DVec3, facing: DVec3, out: DVec3) -> DVec3 {
+    let least = 0.01_f64.min(0.9 * out.dot(facing));
+    let is_above = |n: DVec3| {
+        let cos = n.dot(out);
+        cos > 0.0 && (n * (2.0 * cos) - out).dot(facing) >= least
+    };
+    if is_above(bent) {
+        return bent;
+    }
+    let between = |t: f64| (bent * (1.0 - t) + facing * t).normalize_or(facing);
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..8 {
+        let middle = 0.5 * (low + high);
+        match is_above(between(middle)) {
+            true => high = middle,
+            false => low = middle,
+        }
+    }
+    between(high)
+}
+
+/// Scales a number of a material by a texel.
+fn scale(material: &mut Material, slot: Slot, texel: [f32; 4], film_least: f32) {
+    let [r, g, b, a] = texel;
+    let layers = &mut material.layers;
+    let tinted = |color: Rgb| [color[0] * r, color[1] * g, color[2] * b];
+    match slot {
+        Slot::BaseColor
+        | Slot::MetallicRoughness
+        | Slot::Emission
+        | Slot::Normal
+        | Slot::Opacity => {}
+        Slot::Specular => layers.specular *= a,
+        Slot::SpecularColor => layers.specular_color = tinted(layers.specular_color),
+        Slot::Clearcoat => layers.clearcoat *= r,
+        Slot::ClearcoatRoughness => layers.clearcoat_roughness *= g,
+        Slot::SheenColor => layers.sheen_color = tinted(layers.sheen_color),
+        Slot::SheenRoughness => layers.sheen_roughness *= a,
+        Slot::Transmission => material.transmission *= r,
+        Slot::Iridescence => layers.iridescence *= r,
+        Slot::IridescenceThickness => {
+            let most = layers.iridescence_thickness;
+            layers.iridescence_thickness = film_least + (most - film_least) * g;
+        }
+        Slot::Anisotropy => {
+            let turn = libm::atan2f(2.0 * g - 1.0, 2.0 * r - 1.0);
+            layers.anisotropy_rotation += turn;
+            layers.anisotropy *= b;
+        }
+        Slot::DiffuseTransmission => layers.diffuse_transmission *= a,
+        Slot::DiffuseTransmissionColor => {
+            layers.diffuse_transmission_color = tinted(layers.diffuse_transmission_color);
+        }
+    }
+}

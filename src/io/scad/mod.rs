@@ -21,6 +21,7 @@ mod outlines;
 mod placing;
 mod polygons;
 mod program;
+mod solid_nodes;
 mod solids;
 mod syntax;
 mod turn;

@@ -79,7 +79,16 @@ pub(super) fn place(leaf: Leaf, map: &DAffine3, name: &str, scene: &mut SceneBui
                 let (min, max) = (bounds.min, bounds.max);
                 return here(scene.cuboid(name, Cuboid { min, max }), Some(bounds));
             }
-            there(scene.cuboid(name, Cuboid { min, max }), *map, &corners)
+            // Turned boxes share a frame where only their places, and names of axes, differ.
+            let (frame, axes) = with_axes_in_order(linear);
+            let inner = DAffine3 {
+                matrix3: axes,
+                translation: frame.inverse() * shift,
+            };
+            let inner = Aabb::of_points(corners.map(|p| inner.transform_point3(p)));
+            let (min, max) = (inner.min, inner.max);
+            let shape = scene.cuboid(name, Cuboid { min, max });
+            there(shape, DAffine3::from_mat3(frame), &inner.corners())
         }
         Leaf::Sphere { center, radius } => {
             if kinds.keeps_spheres {
@@ -121,6 +130,15 @@ pub(super) fn place(leaf: Leaf, map: &DAffine3, name: &str, scene: &mut SceneBui
             }
         }
         Leaf::Prism { mut rings, height } => {
+            // Only its height may stay in the map.
+            let inner = linear.inverse() * shift;
+            for p in rings.iter_mut().flatten() {
+                *p += inner.truncate();
+            }
+            let map = DAffine3 {
+                matrix3: *linear,
+                translation: linear.z_axis * inner.z,
+            };
             let points = rings.iter().flatten();
             let flat = Aabb::of_points(points.map(|p| p.extend(0.0)));
             let bounds = Aabb::of_points([flat.min, flat.max.with_z(height)]);
@@ -133,7 +151,7 @@ pub(super) fn place(leaf: Leaf, map: &DAffine3, name: &str, scene: &mut SceneBui
                 holes: rings,
                 height,
             };
-            there(scene.prism(name, prism), *map, &bounds.corners())
+            there(scene.prism(name, prism), map, &bounds.corners())
         }
         Leaf::Torus { major, minor } => {
             // The scene's tori are about y.
@@ -149,20 +167,21 @@ pub(super) fn place(leaf: Leaf, map: &DAffine3, name: &str, scene: &mut SceneBui
             let offset = offset + normal.dot(shift);
             here(scene.half_space(name, HalfSpace { normal, offset }), None)
         }
-        Leaf::Polyhedron { planes, points } if is_shift => {
+        Leaf::Polyhedron { planes, points } => {
+            let inner = linear.inverse() * shift;
             let planes: Vec<HalfSpace> = planes
                 .into_iter()
                 .map(|plane| HalfSpace {
-                    offset: plane.offset + plane.normal.dot(shift),
+                    offset: plane.offset + plane.normal.dot(inner),
                     ..plane
                 })
                 .collect();
-            let points: Vec<DVec3> = points.into_iter().map(|p| p + shift).collect();
-            let bounds = Aabb::of_points(points.iter().copied());
-            here(scene.polyhedron(name, &planes, &points), Some(bounds))
-        }
-        Leaf::Polyhedron { planes, points } => {
-            there(scene.polyhedron(name, &planes, &points), *map, &points)
+            let points: Vec<DVec3> = points.into_iter().map(|p| p + inner).collect();
+            let shape = scene.polyhedron(name, &planes, &points);
+            match is_shift {
+                true => here(shape, Some(Aabb::of_points(points))),
+                false => there(shape, DAffine3::from_mat3(*linear), &points),
+            }
         }
         Leaf::Mesh {
             positions,
@@ -183,6 +202,24 @@ pub(super) fn place(leaf: Leaf, map: &DAffine3, name: &str, scene: &mut SceneBui
             here(scene.mesh(name, &data), Some(Aabb::of_points(positions)))
         }
     }
+}
+
+/// Splits a matrix into one whose columns are in order and one that only renames and turns axes.
+fn with_axes_in_order(m: &DMat3) -> (DMat3, DMat3) {
+    let columns = [m.x_axis, m.y_axis, m.z_axis];
+    let largest = |v: &DVec3| v.abs().max_position();
+    let mut order = [0, 1, 2];
+    order.sort_by_key(|i| largest(&columns[*i]));
+    let mut axes = [DVec3::ZERO; 3];
+    let mut ordered = [DVec3::ZERO; 3];
+    for (place, from) in order.into_iter().enumerate() {
+        let column = columns[from];
+        let sign = column[largest(&column)].signum();
+        ordered[place] = column * sign;
+        axes[from][place] = sign;
+    }
+    let [[a, b, c], [d, e, f]] = [ordered, axes];
+    (DMat3::from_cols(a, b, c), DMat3::from_cols(d, e, f))
 }
 
 /// Returns by how much a map that keeps spheres scales.

@@ -9,6 +9,7 @@ use lanecast::internals::render::Progress;
 use lanecast::internals::scene::{Instances, Scene, Shape};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
+use std::cell::Cell;
 use std::f64::consts::PI;
 use std::time::{Duration, Instant};
 
@@ -524,7 +525,7 @@ fn any_text_loads_or_is_refused() {
     let words = proptest::collection::vec(0..WORDS.len(), 0..40);
     let changes = proptest::collection::vec((any::<u16>(), any::<u8>()), 0..4);
     let mut runner = TestRunner::new(property(3000));
-    let mut drawn = 0;
+    let drawn = Cell::new(0);
     let outcome = runner.run(&(words, changes), |(words, changes)| {
         let mut text: Vec<u8> = words
             .iter()
@@ -580,13 +581,13 @@ fn any_text_loads_or_is_refused() {
     runner
         .run(&tree, |text| {
             match load_as(&text, Curves::Exact) {
-                Ok(_) => drawn += 1,
+                Ok(_) => drawn.set(drawn.get() + 1),
                 Err(error) => prop_assert!(error.starts_with("part.csg"), "{error}"),
             }
             Ok(())
         })
         .unwrap();
-    assert!(drawn > 0);
+    assert!(drawn.get() > 0);
 }
 
 #[test]

@@ -15,7 +15,7 @@ pub enum LoadError {
         source: std::io::Error,
     },
     #[error(
-        "{}: {}; known are .toml .json .gltf .glb .nff .obj .ply .stl",
+        "{}: {}; known are .toml .json .gltf .glb .nff .csg .scad .obj .ply .stl",
         path.display(),
         unknown("scene", extension)
     )]

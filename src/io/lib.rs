@@ -41,6 +41,7 @@ mod polynomials;
 mod pov;
 mod radiance;
 mod rays;
+mod scad;
 mod shared;
 mod stl;
 
@@ -55,6 +56,7 @@ pub use png::encode as png_bytes;
 pub use polynomials::{KnownRoot, Listed, load_polynomials};
 pub use pov::{PovError, text as pov_text, warning as pov_warning};
 pub use rays::{RaySet, TriangleSet};
+pub use scad::Curves;
 pub use shared::aovs::AovSet;
 pub use shared::folder::Folder;
 pub use shared::import_report::ImportReport;
@@ -76,7 +78,7 @@ pub struct Loaded {
     pub warning: Option<String>,
 }
 
-/// Which files a scene may name.
+/// Which files a scene may name, and what importers may be told.
 #[derive(Clone, Debug, Default)]
 pub struct LoadOptions {
     /// Allows files outside the scene's folder.
@@ -88,10 +90,12 @@ pub struct LoadOptions {
     pub keeps_uvs: bool,
     /// The variant of a glTF file's materials to show, by its name.
     pub variant: Option<String>,
+    /// How the curves of OpenSCAD's files are drawn.
+    pub scad_curves: Curves,
 }
 
 /// Reads, checks and completes a scene file: `.toml`, `.json`, `.gltf`, `.glb`,
-/// `.nff`, `.obj`, `.ply`, `.stl`.
+/// `.nff`, `.csg`, `.scad`, `.obj`, `.ply`, `.stl`.
 ///
 /// Fails if a file cannot be read, is malformed, uses what is not supported or names a file
 /// that [`LoadOptions`] excludes, and if the scene fails its own check.
@@ -136,6 +140,8 @@ fn import(
         "toml" => return native(native::Syntax::Toml, scene, report).map(Some),
         "json" => return native(native::Syntax::Json, scene, report).map(Some),
         "nff" => nff::import(path, scene, report),
+        "csg" => scad::import(path, options, scene, report),
+        "scad" => scad::import_program(path, options, scene, report),
         "gltf" | "glb" => gltf::import(path, options, scene, report),
         "obj" => obj::import(path, options, scene, report),
         "ply" => ply::read(path, report).map(|file| {

@@ -13,4 +13,5 @@ mod native_bad;
 mod nff;
 mod polynomials;
 mod pov;
+mod scad;
 mod scene_checks;

@@ -6,6 +6,7 @@
 
 mod compare;
 mod development;
+mod import;
 mod light;
 mod outputs;
 mod shutter;
@@ -27,6 +28,7 @@ use crate::trace::Caching;
 use clap::{Args, value_parser};
 use development::DevelopmentArgs;
 use glam::DVec3;
+use import::ImportArgs;
 use light::LightArgs;
 use outputs::OutputArgs;
 use shutter::ShutterArgs;
@@ -43,7 +45,7 @@ use values::{
 
 #[derive(Args)]
 pub struct RenderArgs {
-    /// .toml, .json, .gltf, .glb, .nff, .obj, .ply or .stl; without it, the built-in scene
+    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply or .stl; without it, the built-in scene
     pub scene: Option<PathBuf>,
     /// .png, .jpg, .hdr or .exr; with --samples .sums [default: the scene's name with .png or
     /// .sums, in the current folder]
@@ -105,7 +107,7 @@ pub struct MergeArgs {
                   The time of a ray is the least of at least two runs after one that is not timed."
 )]
 pub struct VerifyArgs {
-    /// .toml, .json, .gltf, .glb, .nff, .obj, .ply or .stl
+    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply or .stl
     pub scene: PathBuf,
     /// Fail only if a mode has more wrong answers than this [default: 0; fast may have
     /// any number]
@@ -148,7 +150,7 @@ pub struct VerifyArgs {
                             lanecast bench [OPTIONS] --mesh <FILE> --rays <FILE>\n       \
                             lanecast bench [OPTIONS] --growth <MIN:MAX>")]
 pub struct BenchArgs {
-    /// .toml, .json, .gltf, .glb, .nff, .obj, .ply or .stl; or --mesh and --rays, or --growth
+    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply or .stl; or --mesh and --rays, or --growth
     #[arg(required_unless_present_any = ["mesh", "rays", "growth"])]
     pub scene: Option<PathBuf>,
     /// Write the scene's triangles and rays as .msh and .rays files
@@ -210,7 +212,7 @@ pub struct BenchArgs {
 
 #[derive(Args)]
 pub struct PlanArgs {
-    /// .toml, .json, .gltf, .glb, .nff, .obj, .ply or .stl; without it, the built-in scene
+    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply or .stl; without it, the built-in scene
     pub scene: Option<PathBuf>,
     #[command(flatten)]
     pub build: BuildArgs,
@@ -248,7 +250,7 @@ pub struct ExtremesArgs {
 
 #[derive(Args)]
 pub struct ProbeArgs {
-    /// .toml, .json, .gltf, .glb, .nff, .obj, .ply or .stl
+    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply or .stl
     pub scene: PathBuf,
     /// Origin of the ray
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = parse_offset)]
@@ -256,9 +258,8 @@ pub struct ProbeArgs {
     /// Direction of the ray, not zero; t is in units of its length
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = parse_offset)]
     pub dir: DVec3,
-    /// Allow files that the scene names outside its folder
-    #[arg(long)]
-    pub allow_outside: bool,
+    #[command(flatten)]
+    pub import: ImportArgs,
     /// Write machine-readable results; - is standard output
     #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
     pub json: Option<Sink>,
@@ -266,7 +267,7 @@ pub struct ProbeArgs {
 
 #[derive(Args)]
 pub struct MeasureArgs {
-    /// .toml, .json, .gltf, .glb, .nff, .obj, .ply or .stl
+    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply or .stl
     pub scene: PathBuf,
     /// Print one line per instanced shape, in its own space, instead of one per root
     #[arg(long)]
@@ -286,9 +287,8 @@ pub struct MeasureArgs {
     /// Threads [default: all hardware threads]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
-    /// Allow files that the scene names outside its folder
-    #[arg(long)]
-    pub allow_outside: bool,
+    #[command(flatten)]
+    pub import: ImportArgs,
     /// Write machine-readable results; - is standard output
     #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
     pub json: Option<Sink>,
@@ -296,11 +296,7 @@ pub struct MeasureArgs {
 
 impl MeasureArgs {
     pub fn load_options(&self, outputs: Vec<PathBuf>) -> LoadOptions {
-        LoadOptions {
-            allow_outside: self.allow_outside,
-            outputs,
-            ..LoadOptions::default()
-        }
+        self.import.load_options(outputs)
     }
 }
 
@@ -335,7 +331,7 @@ pub struct RootsArgs {
 
 #[derive(Args)]
 pub struct ExportArgs {
-    /// .toml, .json, .gltf, .glb, .nff, .obj, .ply or .stl
+    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply or .stl
     pub scene: PathBuf,
     /// Write a scene description for POV-Ray 3.7; - is standard output
     #[arg(long, value_name = "FILE", required_unless_present = "mitsuba", value_parser = Sink::parse)]
@@ -353,9 +349,8 @@ pub struct ExportArgs {
     /// Name of a camera or of its node, or its number from 0 [default: the first]
     #[arg(long, value_name = "NAME|INDEX")]
     pub camera: Option<String>,
-    /// Allow files that the scene names outside its folder
-    #[arg(long)]
-    pub allow_outside: bool,
+    #[command(flatten)]
+    pub import: ImportArgs,
 }
 
 /// Options of the commands that build one structure.
@@ -413,9 +408,8 @@ pub struct CommonArgs {
     /// Write times, memory and ray counts as JSON; - is standard output
     #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
     pub stats: Option<Sink>,
-    /// Allow files that the scene names outside its folder
-    #[arg(long)]
-    pub allow_outside: bool,
+    #[command(flatten)]
+    pub import: ImportArgs,
     /// fast: f32 lanes; guarded: f32 lanes, uncertain tests decided exactly; exact: as
     /// guarded, with t refined to the nearest f64 [default: guarded; bench: all;
     /// verify: all]
@@ -459,21 +453,13 @@ pub struct CommonArgs {
 
 impl ProbeArgs {
     pub fn load_options(&self, outputs: Vec<PathBuf>) -> LoadOptions {
-        LoadOptions {
-            allow_outside: self.allow_outside,
-            outputs,
-            ..LoadOptions::default()
-        }
+        self.import.load_options(outputs)
     }
 }
 
 impl ExportArgs {
     pub fn load_options(&self, outputs: Vec<PathBuf>) -> LoadOptions {
-        LoadOptions {
-            allow_outside: self.allow_outside,
-            outputs,
-            ..LoadOptions::default()
-        }
+        self.import.load_options(outputs)
     }
 }
 
@@ -652,10 +638,8 @@ impl CommonArgs {
 
     pub fn load_options(&self, outputs: Vec<PathBuf>) -> LoadOptions {
         LoadOptions {
-            allow_outside: self.allow_outside,
-            outputs,
             variant: self.variant.clone(),
-            ..LoadOptions::default()
+            ..self.import.load_options(outputs)
         }
     }
 

@@ -3,7 +3,7 @@
 use super::outputs::AovChoice;
 use crate::accel::{BuildQuality, KdClip, KdStop};
 use crate::cli::metadata::Told;
-use crate::io::{AovSet, Bits, Tone};
+use crate::io::{AovSet, Bits, Curves, Tone};
 use crate::measure::extremes::{SWEEPS, Sweep};
 use crate::measure::generate::Generated;
 use crate::measure::ray_kinds::{Kind, Order};
@@ -154,6 +154,13 @@ pub fn parse_precision(text: &str) -> Result<Precision, String> {
             ("guarded", Precision::Guarded),
             ("exact", Precision::Exact),
         ],
+    )
+}
+
+pub fn parse_scad_curves(text: &str) -> Result<Curves, String> {
+    one_of(
+        text,
+        &[("exact", Curves::Exact), ("facets", Curves::Facets)],
     )
 }
 

@@ -1,16 +1,18 @@
-//! Import report: counts, by kind, what an importer left out of the scene or repaired.
+//! Import report: counts, by kind, what an importer left out of the scene, repaired, or shows as
+//! something else.
 
 use std::collections::BTreeMap;
 
 /// The kinds that a summary names; it counts the others.
 const NAMED: usize = 10;
 
-/// Counts of what was not imported, and of what was repaired, by kind; the source of one
-/// summarised warning.
+/// Counts of what was not imported, of what was repaired, and of what is shown as something else,
+/// by kind; the source of one summarised warning.
 #[derive(Clone, Debug, Default)]
 pub struct ImportReport {
     left_out: BTreeMap<String, usize>,
     repaired: BTreeMap<String, usize>,
+    shown_as: BTreeMap<String, usize>,
 }
 
 impl ImportReport {
@@ -35,13 +37,19 @@ impl ImportReport {
         }
     }
 
+    /// Counts one more thing that the scene holds in another way: `circle, with 256 sides`.
+    pub fn shown_as(&mut self, what: &str) {
+        *self.shown_as.entry(what.into()).or_default() += 1;
+    }
+
     /// Formats the counts in one line, kinds in alphabetical order, ten at most:
     /// `not imported: 1 × animation, 3 × texture; repaired: 2 × byteStride of 0`. `None` if
-    /// nothing was left out or repaired.
+    /// there is nothing to say.
     pub fn summary(&self) -> Option<String> {
         let parts = [
             ("not imported", &self.left_out),
             ("repaired", &self.repaired),
+            ("shown as", &self.shown_as),
         ];
         let parts: Vec<String> = parts
             .into_iter()

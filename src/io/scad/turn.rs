@@ -1,0 +1,179 @@
+//! `rotate_extrude`: what an outline sweeps that is turned about its y axis, which becomes z.
+//!
+//! The solid is where (distance from z, z) lies in the outline, so operators of outlines are those
+//! of what they sweep. An edge sweeps a cone: what a polygon sweeps is in an odd number of the
+//! cones between its edges and the axis. A disc sweeps a torus. So all is exact.
+
+use super::curves;
+use super::outlines::{Outlines, PlacedShape, Shape, corners};
+use super::solids::{Leaf, SolidId, Solids};
+use crate::scene::Operator;
+use glam::{DAffine2, DAffine3, DVec2, DVec3};
+use std::collections::HashMap;
+
+/// Lengths are equal to this part, of matrices whose entries have six digits.
+const SIX_DIGITS: f64 = 4e-6;
+
+/// Sweeps an outline that has been found to lie on the side x ≥ 0.
+pub(super) fn swept(
+    outlines: &Outlines,
+    outline: u32,
+    line: u32,
+    solids: &mut Solids,
+) -> Option<SolidId> {
+    let mut made: HashMap<u32, Option<SolidId>> = HashMap::new();
+    for PlacedShape { id, map } in outlines.visit(outline).into_iter().rev() {
+        let solid = match &outlines.shapes[id as usize] {
+            Shape::Box { min, max } => of_rings(&[corners(*min, *max)], &map, line, solids),
+            Shape::Rings(rings) => of_rings(rings, &map, line, solids),
+            Shape::Disc(radius) => of_disc(*radius, &map, line, solids),
+            Shape::Op(operator, operands) => {
+                let operands = operands.iter().map(|of| made[of]);
+                of_operator(*operator, operands.collect(), line, solids)
+            }
+            Shape::Placed(of, _) | Shape::Colored(of, _) | Shape::Marked(of) => made[of],
+        };
+        made.insert(id, solid);
+    }
+    made.remove(&outline).flatten()
+}
+
+fn of_operator(
+    operator: Operator,
+    operands: Vec<Option<SolidId>>,
+    line: u32,
+    solids: &mut Solids,
+) -> Option<SolidId> {
+    let is_nothing = match operator {
+        Operator::Intersection => operands.iter().any(Option::is_none),
+        Operator::Difference => operands.first().is_none_or(Option::is_none),
+        _ => false,
+    };
+    let operands: Vec<SolidId> = operands.into_iter().flatten().collect();
+    let is_there = !is_nothing && !operands.is_empty();
+    is_there.then(|| solids.op(line, operator, operands))
+}
+
+/// Sweeps rings, as far as they lie at x > 0.
+fn of_rings(
+    rings: &[Vec<DVec2>],
+    map: &DAffine2,
+    line: u32,
+    solids: &mut Solids,
+) -> Option<SolidId> {
+    let mut cones = Vec::new();
+    for ring in rings {
+        let ring: Vec<DVec2> = ring.iter().map(|p| map.transform_point2(*p)).collect();
+        let next = ring.iter().skip(1).chain(ring.first());
+        for (a, b) in ring.iter().zip(next) {
+            let [low, high] = if a.y < b.y { [*a, *b] } else { [*b, *a] };
+            cones.extend(cone(low, high));
+        }
+    }
+    let cones: Vec<SolidId> = cones
+        .into_iter()
+        .map(|cone| solids.leaf(line, cone))
+        .collect();
+    (!cones.is_empty()).then(|| solids.op(line, Operator::Xor, cones))
+}
+
+/// Returns what lies between the axis and an edge's part at x > 0.
+fn cone(mut low: DVec2, mut high: DVec2) -> Option<Leaf> {
+    if !(low.y < high.y) || low.x.max(high.x) <= 0.0 {
+        return None;
+    }
+    let (from, to) = (low, high);
+    let at_axis = || {
+        let part = from.x / (from.x - to.x);
+        DVec2::new(0.0, from.y + (to.y - from.y) * part)
+    };
+    if low.x < 0.0 {
+        low = at_axis();
+    } else if high.x < 0.0 {
+        high = at_axis();
+    }
+    (low.y < high.y).then_some(Leaf::Frustum {
+        base: DVec3::new(0.0, 0.0, low.y),
+        top: DVec3::new(0.0, 0.0, high.y),
+        base_radius: low.x,
+        top_radius: high.x,
+    })
+}
+
+/// Sweeps a disc, if the map leaves it one.
+fn of_disc(radius: f64, map: &DAffine2, line: u32, solids: &mut Solids) -> Option<SolidId> {
+    let [u, v] = [map.matrix2.x_axis, map.matrix2.y_axis];
+    let (a, b) = (u.length(), v.length());
+    let is_round = (a - b).abs() <= SIX_DIGITS * a.max(b) && u.dot(v).abs() <= SIX_DIGITS * a * b;
+    if !is_round {
+        let ring = curves::circle(radius, curves::FINE_SIDES);
+        return of_rings(&[ring], map, line, solids);
+    }
+    let (center, minor) = (map.translation, radius * a);
+    let up = DAffine3::from_translation(DVec3::new(0.0, 0.0, center.y));
+    let ball = |radius: f64, solids: &mut Solids| {
+        let ball = Leaf::Sphere {
+            center: DVec3::ZERO,
+            radius,
+        };
+        solids.leaf(line, ball)
+    };
+    let major = center.x.abs();
+    let solid = if major == 0.0 {
+        ball(minor, solids)
+    } else if center.x <= -minor {
+        return None;
+    } else {
+        let torus = solids.leaf(line, Leaf::Torus { major, minor });
+        if major >= minor {
+            torus
+        } else {
+            // The polynomial's solid is hollow where the tube overlaps itself; the hollow lies in
+            // this ball, and of the ball nothing else is outside of it.
+            let inner = ball(((minor - major) * (minor + major)).sqrt(), solids);
+            match center.x > 0.0 {
+                true => solids.op(line, Operator::Union, vec![torus, inner]),
+                false => solids.op(line, Operator::Difference, vec![inner, torus]),
+            }
+        }
+    };
+    Some(solids.placed(line, solid, up))
+}
+
+/// Cuts what is between two angles, in degrees, out of a solid of revolution.
+pub(super) fn wedge(
+    solid: SolidId,
+    (from, to): (f64, f64),
+    line: u32,
+    solids: &mut Solids,
+) -> SolidId {
+    let direction = |degrees: f64| {
+        // Exact at the quarters.
+        match degrees.rem_euclid(360.0) {
+            0.0 => DVec3::X,
+            90.0 => DVec3::Y,
+            180.0 => DVec3::NEG_X,
+            270.0 => DVec3::NEG_Y,
+            other => {
+                let (sin, cos) = libm::sincos(other.to_radians());
+                DVec3::new(cos, sin, 0.0)
+            }
+        }
+    };
+    let [first, last] = [direction(from), direction(to)];
+    let half = |normal: DVec3| Leaf::HalfSpace {
+        normal,
+        offset: 0.0,
+    };
+    // Behind the first direction, and before the last.
+    let behind = solids.leaf(line, half(DVec3::new(first.y, -first.x, 0.0)));
+    if to - from == 180.0 {
+        return solids.op(line, Operator::Intersection, vec![solid, behind]);
+    }
+    let before = solids.leaf(line, half(DVec3::new(-last.y, last.x, 0.0)));
+    if to - from < 180.0 {
+        return solids.op(line, Operator::Intersection, vec![solid, behind, before]);
+    }
+    let either = solids.op(line, Operator::Union, vec![behind, before]);
+    solids.op(line, Operator::Intersection, vec![solid, either])
+}

@@ -30,7 +30,11 @@ fn layers(aovs: &AovSet, scene: &Scene) -> Vec<(usize, String)> {
         next += scene.light_groups.names().len() + 1;
     }
     let guides = (next..).zip(GUIDES).zip(aovs.guides());
-    all.extend(guides.filter_map(|((k, name), is)| is.then(|| (k, name.to_string()))));
+    all.extend(
+        guides
+            .filter(|(_, is)| *is)
+            .map(|((k, name), _)| (k, name.to_string())),
+    );
     all
 }
 

@@ -578,7 +578,8 @@ fn any_text_loads_or_is_refused() {
         (0..nodes.len(), proptest::collection::vec(inner, 0..4))
             .prop_map(move |(node, parts)| format!("{} {{ {} }}", nodes[node], parts.concat()))
     });
-    runner
+    // A runner counts its cases over all that it is asked for.
+    TestRunner::new(property(3000))
         .run(&tree, |text| {
             match load_as(&text, Curves::Exact) {
                 Ok(_) => drawn.set(drawn.get() + 1),

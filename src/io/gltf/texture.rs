@@ -32,6 +32,9 @@ const MOST_TEXELS: u64 = 1 << 30;
 /// A material's sets of texture coordinates are at most these; more are hardly ever read.
 pub(super) const MOST_SETS: u8 = 8;
 
+/// The bytes of an image's file, and whether it holds colours.
+type ImageKey = (Vec<u8>, bool);
+
 /// The images read so far.
 pub(super) struct Images<'f> {
     file: &'f File<'f>,
@@ -39,7 +42,7 @@ pub(super) struct Images<'f> {
     /// By number of the image, and whether it holds colours.
     known: HashMap<(usize, bool), Option<(ImageId, bool)>>,
     /// By the bytes of image files.
-    same: HashMap<(Vec<u8>, bool), Option<(ImageId, bool)>>,
+    same: HashMap<ImageKey, Option<(ImageId, bool)>>,
     texels: u64,
 }
 

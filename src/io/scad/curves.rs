@@ -25,8 +25,8 @@ pub(super) fn sides(of: &Arguments, radius: f64) -> u32 {
             .map(|(name, default)| of.number_or(name, default).max(0.01));
         (360.0 / angle).min(radius * TAU / length).max(5.0).ceil()
     };
-    // NaN becomes 3.
-    sides.min(MOST_SIDES).max(3.0) as u32
+    // NaN becomes 0, and then 3.
+    (sides.min(MOST_SIDES) as u32).max(3)
 }
 
 /// Returns the number of sides of a circle; `None` if it is round.

@@ -5,14 +5,17 @@ use crate::scene::{
 };
 use crate::shared::messages::one_line;
 
+/// How a material varies: its index, and references by index to the file's images.
+pub type MaterialTextures = (usize, Texturing, Vec<(Slot, TextureRef)>);
+
 /// A mesh, whose own table of parts is empty, and materials.
 #[derive(Debug, Default)]
 pub struct MeshFile {
     pub mesh: MeshData,
     pub materials: Vec<(String, Material)>,
     pub images: Vec<FileImage>,
-    /// How some materials vary: their index, and references by index to `images`.
-    pub textures: Vec<(usize, Texturing, Vec<(Slot, TextureRef)>)>,
+    /// How some materials vary.
+    pub textures: Vec<MaterialTextures>,
     /// The first triangle of each part and its index into `materials`, in ascending order.
     pub parts: Vec<(u32, Option<usize>)>,
 }

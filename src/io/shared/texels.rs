@@ -18,7 +18,7 @@ pub struct Decoded {
 impl Decoded {
     /// Says whether texels have an alpha that is not 1 everywhere.
     pub fn has_alpha(&self) -> bool {
-        self.channels % 2 == 0
+        self.channels.is_multiple_of(2)
     }
 }
 
@@ -84,7 +84,7 @@ fn without_opaque(texels: Texels, channels: u8) -> (Texels, u8) {
         kept.shrink_to_fit();
         Ok(kept)
     }
-    if channels % 2 != 0 {
+    if !channels.is_multiple_of(2) {
         return (texels, channels);
     }
     let per = usize::from(channels);
@@ -105,7 +105,7 @@ fn linearise(all: &mut [u16], channels: u8) {
     let table: Vec<u16> = (0..=u16::MAX)
         .map(|code| (linear_from_srgb(f64::from(code) / 65_535.0) * 65_535.0 + 0.5) as u16)
         .collect();
-    let colors = usize::from(channels - u8::from(channels % 2 == 0));
+    let colors = usize::from(channels - u8::from(channels.is_multiple_of(2)));
     for texel in all.chunks_exact_mut(usize::from(channels)) {
         for code in &mut texel[..colors] {
             *code = table[usize::from(*code)];

@@ -147,7 +147,7 @@ fn append(image: &mut Image, [r, g, b, a]: [f32; 4], decode: &[[f32; 256]]) {
         3 => &[r, g, b],
         _ => &[r, g, b, a],
     };
-    let has_alpha = channels.len() % 2 == 0;
+    let has_alpha = channels.len().is_multiple_of(2);
     let curve = &decode[usize::from(!image.is_srgb)];
     for (k, x) in channels.iter().enumerate() {
         match &mut image.texels {

@@ -107,7 +107,8 @@ fn a_texture_keeps_its_texels_sampler_and_coordinates() {
 #[test]
 fn a_transform_scales_turns_and_moves() {
     let (mut d, bin) = textured();
-    let transform = json!({"offset": [0.5, 0.25], "rotation": 1.5707963267948966, "scale": [2, 3]});
+    let transform =
+        json!({"offset": [0.5, 0.25], "rotation": std::f64::consts::FRAC_PI_2, "scale": [2, 3]});
     set(
         &mut d,
         "/materials/0/pbrMetallicRoughness/baseColorTexture/extensions",

@@ -9,7 +9,7 @@
 use super::args::RenderArgs;
 use super::denoise::{self, Denoiser};
 use super::error::CliError;
-use super::output::{Results, check_destinations, printable_line};
+use super::output::{Results, check_destinations, printable_line, with_name_end};
 use super::pipeline::{Prepared, complete, load, named, of_camera, structure, warn_of_losses};
 use super::progress::{Drawing, rate};
 use super::scene::pick_camera;
@@ -226,13 +226,7 @@ fn files(path: &Path, aovs: AovSet) -> Result<Vec<PathBuf>, CliError> {
 
 /// Inserts the frame's number: `name.png` becomes `name_0007.png`.
 fn numbered(path: &Path, frame: u32) -> PathBuf {
-    let mut name = path.file_stem().unwrap_or_default().to_os_string();
-    name.push(format!("_{frame:04}"));
-    if let Some(extension) = path.extension() {
-        name.push(".");
-        name.push(extension);
-    }
-    path.with_file_name(name)
+    with_name_end(path, &format!("_{frame:04}"))
 }
 
 #[cfg(test)]

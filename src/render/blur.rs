@@ -9,7 +9,6 @@ use super::blur_direct::DirectTile;
 use super::camera::RayGenerator;
 use super::config::{Exposure, RenderConfig, TileOrder};
 use super::layers::{LayerFilm, More};
-use super::mattes::MetLists;
 use super::paths::{NOTHING_YET, PathPicture, PathTile, TileSums};
 use super::pixel_order::{BLOCK, Spot, morton_order};
 use super::progress::Progress;
@@ -259,16 +258,9 @@ impl PathTile<'_> {
         let room = blur.room(&samples, pixels);
         let slots: &mut [Slot] = arena.alloc_slice_fill_copy(room, NOTHING_YET);
         let mut groups = Groups::new(room, blur.slices.len(), arena);
-        let aovs = &self.config.aovs;
-        let middle = aovs.variance.then_some(samples.start.midpoint(samples.end));
-        let layers = self.picture.layers.as_ref().map_or(0, |plan| plan.count());
-        let has_mattes = aovs.any_of_mattes();
-        let mut sums = TileSums {
-            all: Sums::new(pixels, arena),
-            half: None,
-            layers: (0..layers).map(|_| Sums::new(pixels, arena)).collect(),
-            met: has_mattes.then(|| MetLists::new(pixels, arena)),
-        };
+        let middle = self.middle(&samples);
+        let mut sums = self.no_sums(arena);
+        let (layers, has_mattes) = (sums.layers.len(), sums.met.is_some());
         // Layer by layer, and in a layer as `slots`.
         let layer_slots: &mut [Slot] = arena.alloc_slice_fill_copy(room * layers, [0.0; 4]);
         let met_room = if has_mattes { room } else { 0 };

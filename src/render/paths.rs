@@ -238,16 +238,9 @@ impl PathTile<'_> {
         let tracer = self.tracer();
         let pixels = self.order.len();
         let slots = arena.alloc_slice_fill_copy(pixels, [0.0_f32; 4]);
-        let aovs = &self.config.aovs;
-        let middle = aovs.variance.then_some(samples.start.midpoint(samples.end));
-        let layers = self.picture.layers.as_ref().map_or(0, |plan| plan.count());
-        let has_mattes = aovs.any_of_mattes();
-        let mut sums = TileSums {
-            all: Sums::new(pixels, arena),
-            half: None,
-            layers: (0..layers).map(|_| Sums::new(pixels, arena)).collect(),
-            met: has_mattes.then(|| MetLists::new(pixels, arena)),
-        };
+        let middle = self.middle(&samples);
+        let mut sums = self.no_sums(arena);
+        let has_mattes = sums.met.is_some();
         let mut cache = ShadowCache::new(self.config.shadow_cache);
         let scratch = &mut PathScratch::new(arena, trace, self.picture.kinds());
         if let Some(plan) = &self.picture.layers {
@@ -294,6 +287,25 @@ impl PathTile<'_> {
         }
         counts.shadow_cache += cache.counts;
         sums
+    }
+
+    /// Makes the sums of no samples yet, of all that the picture keeps.
+    pub(super) fn no_sums<'b>(&self, arena: &'b Bump) -> TileSums<'b> {
+        let pixels = self.order.len();
+        let layers = self.picture.layers.as_ref().map_or(0, |plan| plan.count());
+        let has_mattes = self.config.aovs.any_of_mattes();
+        TileSums {
+            all: Sums::new(pixels, arena),
+            half: None,
+            layers: (0..layers).map(|_| Sums::new(pixels, arena)).collect(),
+            met: has_mattes.then(|| MetLists::new(pixels, arena)),
+        }
+    }
+
+    /// Returns the sample before which the sums of a half are taken, if the variance is kept.
+    pub(super) fn middle(&self, samples: &Range<u32>) -> Option<u32> {
+        let keeps = self.config.aovs.variance;
+        keeps.then_some(samples.start.midpoint(samples.end))
     }
 
     pub(super) fn tracer(&self) -> PathTracer<'_> {

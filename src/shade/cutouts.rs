@@ -2,15 +2,15 @@
 //! rays pass where less than half of a surface is there.
 
 use super::hit_buffer::HitBuffer;
+use super::hit_columns::HitColumns;
 use super::hits::fill_hit_buffer;
 use super::ray_queue::RayQueue;
 use super::textures::{Footprint, Place, colored};
 use crate::accel::World;
 use crate::plan::Kernels;
 use crate::scene::{Alpha, MaterialId, Tables};
-use crate::trace::{Depths, HitId, Hits, Ids, RayKind, TraceScratch, closest};
+use crate::trace::{HitId, RayKind, TraceScratch};
 use bumpalo::Bump;
-use bumpalo::collections::Vec as ArenaVec;
 use glam::DVec3;
 use std::ops::Range;
 
@@ -27,9 +27,7 @@ pub(super) struct HitSlices<'a> {
 /// Rays behind surfaces that are not there, by row of their batch, and what they meet.
 pub(super) struct Passing<'b> {
     rays: RayQueue<'b>,
-    t: ArenaVec<'b, f64>,
-    instance: ArenaVec<'b, u64>,
-    primitive: ArenaVec<'b, u32>,
+    hits: HitColumns<'b>,
     /// Surfaces on the way to a light.
     buffer: HitBuffer<'b>,
 }
@@ -39,28 +37,14 @@ impl<'b> Passing<'b> {
     pub fn new(arena: &'b Bump) -> Passing<'b> {
         Passing {
             rays: RayQueue::with_capacity(0, arena),
-            t: ArenaVec::new_in(arena),
-            instance: ArenaVec::new_in(arena),
-            primitive: ArenaVec::new_in(arena),
+            hits: HitColumns::empty(arena),
             buffer: HitBuffer::with_capacity(0, arena),
         }
     }
 
-    fn trace(&mut self, world: &World, kernels: &Kernels, trace: &mut TraceScratch) {
-        let count = self.rays.len();
-        let batch = self.rays.padded_rays(0);
-        self.t.resize(batch.len(), 0.0);
-        self.instance.resize(batch.len(), HitId::NONE.instance);
-        self.primitive.resize(batch.len(), HitId::NONE.primitive);
-        let hits = &mut Hits {
-            t: Depths::Double(&mut self.t),
-            id: Ids {
-                instance: &mut self.instance,
-                primitive: &mut self.primitive,
-            },
-        };
-        closest(world, kernels, &batch, hits, trace);
-        self.rays.truncate(count);
+    fn trace(&mut self, (world, kernels): (&World, &Kernels), trace: &mut TraceScratch) {
+        self.hits
+            .closest_of((world, kernels), &mut self.rays, trace);
     }
 }
 
@@ -80,13 +64,13 @@ pub(super) fn pass_cutouts(
     passing.rays.truncate(0);
     for round in 0..MOST_PASSED {
         if round > 0 {
-            passing.trace(world, kernels, trace);
+            passing.trace((world, kernels), trace);
             for i in 0..passing.rays.len() {
                 let row = passing.rays.pixel[i] as usize;
                 queue.set_org(batch.start + row, passing.rays.org(i));
-                hits.t[row] = passing.t[i];
-                hits.instance[row] = passing.instance[i];
-                hits.primitive[row] = passing.primitive[i];
+                hits.t[row] = passing.hits.t[i];
+                hits.instance[row] = passing.hits.instance[i];
+                hits.primitive[row] = passing.hits.primitive[i];
             }
         }
         let (rays, count) = match round {
@@ -95,7 +79,11 @@ pub(super) fn pass_cutouts(
         };
         let found: (&[f64], &[u64], &[u32]) = match round {
             0 => (&*hits.t, &*hits.instance, &*hits.primitive),
-            _ => (&passing.t, &passing.instance, &passing.primitive),
+            _ => (
+                &passing.hits.t,
+                &passing.hits.instance,
+                &passing.hits.primitive,
+            ),
         };
         fill_hit_buffer((world, kernels.precision), rays, found, buffer);
         for hit in 0..buffer.len() {
@@ -141,14 +129,18 @@ pub(super) fn unblock(
         if count == 0 {
             break;
         }
-        passing.trace(world, kernels, trace);
-        for i in (0..count).filter(|i| passing.instance[*i] == HitId::NONE.instance) {
+        passing.trace((world, kernels), trace);
+        for i in (0..count).filter(|i| passing.hits.instance[*i] == HitId::NONE.instance) {
             blocked[passing.rays.pixel[i] as usize] = false;
         }
         fill_hit_buffer(
             (world, kernels.precision),
             (&passing.rays, 0..count),
-            (&passing.t, &passing.instance, &passing.primitive),
+            (
+                &passing.hits.t,
+                &passing.hits.instance,
+                &passing.hits.primitive,
+            ),
             &mut passing.buffer,
         );
         for hit in 0..passing.buffer.len() {
@@ -161,7 +153,7 @@ pub(super) fn unblock(
             let (row, kind) = (queue.pixel[at], queue.kind[at]);
             let dir = DVec3::from_array(queue.dir(at));
             let org = buffer.surface(hit).leave(dir);
-            let end = (f64::from(queue.t_max[at]) - passing.t[at]) as f32;
+            let end = (f64::from(queue.t_max[at]) - passing.hits.t[at]) as f32;
             match end > 0.0 {
                 true => queue.push(org, dir, end, row, [1.0; 3], kind),
                 false => blocked[row as usize] = false,

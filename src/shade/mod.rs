@@ -5,6 +5,7 @@ mod bsdf;
 mod columns;
 mod cutouts;
 mod hit_buffer;
+mod hit_columns;
 mod hits;
 mod integrate;
 mod interaction;

@@ -15,6 +15,7 @@ mod without;
 use without as oidn;
 
 use super::error::CliError;
+use super::output::with_name_end;
 use crate::io::{AovSet, Attribute, Picture};
 use crate::measure::Denoised;
 use crate::render::{Integrator, RenderConfig};
@@ -150,13 +151,7 @@ fn taken(picture: &mut Picture, asked: &AovSet, name: &str) -> Vec<Rgb> {
 
 /// Returns the name of the denoised picture beside another: `name.exr` has `name.denoised.exr`.
 pub fn beside(path: &Path) -> PathBuf {
-    let mut name = path.file_stem().unwrap_or_default().to_os_string();
-    name.push(".denoised");
-    if let Some(extension) = path.extension() {
-        name.push(".");
-        name.push(extension);
-    }
-    path.with_file_name(name)
+    with_name_end(path, ".denoised")
 }
 
 #[cfg(test)]

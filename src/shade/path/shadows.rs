@@ -1,10 +1,10 @@
 //! Rays towards sampled light, and what arrives by those that are not blocked.
 
 use super::PathTracer;
-use super::hit_columns::HitColumns;
 use super::layers::{EMISSION, Film, LayerKey, SKY};
 use crate::scene::Rgb;
 use crate::shade::hit_buffer::HitBuffer;
+use crate::shade::hit_columns::HitColumns;
 use crate::shade::hits::fill_hit_buffer;
 use crate::shade::ray_queue::{BATCH, RayQueue};
 use crate::shade::statistics::Statistics;

@@ -1,7 +1,6 @@
 //! Materials that vary from hit to hit: their looks, normals and emission at hits, and surfaces
 //! that are there in part only.
 
-use super::hit_columns::HitColumns;
 use super::state::{Cone, Paths};
 use super::{Look, PathTracer, SampleNumbers};
 use crate::light::bsdf::{Bsdf, Looks, Variation};
@@ -11,6 +10,7 @@ use crate::scene::{
 };
 use crate::shade::columns::{STEP, Singles};
 use crate::shade::hit_buffer::HitBuffer;
+use crate::shade::hit_columns::HitColumns;
 use crate::shade::hits::fill_hit_buffer;
 use crate::shade::ray_queue::RayQueue;
 use crate::shade::textures::{Footprint, Place, colored, look_up};

@@ -41,6 +41,23 @@ impl<'b> HitColumns<'b> {
         rays: &mut RayQueue,
         trace: &mut TraceScratch,
     ) {
+        let lanes = &Kernels {
+            precision: match kernels.precision {
+                Precision::Exact => Precision::Guarded,
+                other => other,
+            },
+            ..*kernels
+        };
+        self.closest_of((world, lanes), rays, trace);
+    }
+
+    /// Traces all rays of a queue, with the t of the precision.
+    pub fn closest_of(
+        &mut self,
+        (world, kernels): (&World, &Kernels),
+        rays: &mut RayQueue,
+        trace: &mut TraceScratch,
+    ) {
         let count = rays.len();
         let batch = rays.padded_rays(0);
         self.t.resize(batch.len(), 0.0);
@@ -53,14 +70,7 @@ impl<'b> HitColumns<'b> {
                 primitive: &mut self.primitive,
             },
         };
-        let lanes = &Kernels {
-            precision: match kernels.precision {
-                Precision::Exact => Precision::Guarded,
-                other => other,
-            },
-            ..*kernels
-        };
-        closest(world, lanes, &batch, hits, trace);
+        closest(world, kernels, &batch, hits, trace);
         rays.truncate(count);
     }
 }

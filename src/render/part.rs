@@ -50,7 +50,9 @@ pub fn render_part(
     progress: &Progress,
 ) -> Result<(Part, RayCounts), RenderError> {
     let (width, height) = (config.width, config.height);
-    let picture = PathPicture::new(view, config).ok_or(RenderError::NoPaths)?;
+    let mut picture = PathPicture::new(view, config).ok_or(RenderError::NoPaths)?;
+    // Whatever the number of samples of a part, the whole has more.
+    picture.picks_texels = true;
     let generator = RayGenerator::new(view.camera, width, height, config.grid);
     let picture = match slices {
         None => picture.cached(view, config, &generator, progress),

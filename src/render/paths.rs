@@ -34,7 +34,9 @@ pub const STUDIO_BACKDROP: Rgb = [0.72; 3];
 /// Up to this many samples, textures are filtered; with more, samples take single texels.
 const MOST_FILTERED: u32 = 4;
 
-/// The least share of a pixel's width that a sample stands for: the pixel filter is no finer.
+/// The share of a pixel's width that a sample stands for where samples take single texels: the
+/// pixel filter is no finer. It does not depend on their number, so that parts of a picture, which
+/// do not know it, add up to the whole.
 const LEAST_SHARE: f64 = 0.125;
 
 /// What all tiles of a path-traced picture share.
@@ -46,6 +48,8 @@ pub struct PathPicture {
     pub(super) media: MediaField,
     pub(super) max_depth: u32,
     pub(super) samples: u32,
+    /// Whether samples take single texels of textures.
+    pub(super) picks_texels: bool,
     pub(super) backdrop: Seen,
     /// Indirect light, and how paths use it.
     pub(super) cache: Option<(Irradiance, UseMode)>,
@@ -120,6 +124,7 @@ impl PathPicture {
             filter: Arc::new(Filter::new(config.filter)),
             max_depth,
             samples,
+            picks_texels: samples > MOST_FILTERED,
         })
     }
 
@@ -316,7 +321,7 @@ impl PathTile<'_> {
                 ..self.view.kernels
             },
             cone: self.cone(),
-            picks_texels: picture.samples > MOST_FILTERED,
+            picks_texels: picture.picks_texels,
             luminaires: &picture.luminaires,
             materials: &picture.materials,
             sampler: picture.sampler,
@@ -335,7 +340,10 @@ impl PathTile<'_> {
     /// Returns the width of camera rays and how it grows: a pixel's, or less where its samples
     /// share it.
     fn cone(&self) -> [f32; 2] {
-        let share = (1.0 / f64::from(self.picture.samples).sqrt()).max(LEAST_SHARE);
+        let share = match self.picture.picks_texels {
+            true => LEAST_SHARE,
+            false => 1.0 / f64::from(self.picture.samples).sqrt(),
+        };
         self.generator.pixel_cone().map(|of| (of * share) as f32)
     }
 

@@ -304,12 +304,14 @@ pub fn material_at(
         return all;
     };
     let at = (place, Footprint::POINT);
-    let base = match &mut all.model {
-        Model::Phong { diffuse, .. } => diffuse,
-        Model::MetallicRoughness { .. } => &mut all.base_color,
+    let tinted = |color: Rgb| {
+        let [r, g, b, _] = colored(scene, &row, color, at);
+        [r, g, b]
     };
-    let [r, g, b, _] = colored(scene, &row, *base, at);
-    *base = [r, g, b];
+    all.base_color = tinted(all.base_color);
+    if let Model::Phong { diffuse, .. } = &mut all.model {
+        *diffuse = tinted(*diffuse);
+    }
     for (slot, texture) in row.refs {
         match (slot, &mut all.model) {
             (

@@ -32,6 +32,32 @@ fn sized_part(folder: &Path, size: &str, samples: &str, to: &str, more: &[&str])
     assert!(done.status.success(), "{}", stderr(&done));
 }
 
+/// Textures are looked up alike, whatever the number of a part's samples.
+#[test]
+fn parts_of_textured_pictures_add_up_to_the_whole() {
+    let folder = folder();
+    let path = folder.path();
+    let texels = image::RgbImage::from_fn(64, 64, |x, y| image::Rgb([x as u8 * 4, y as u8 * 3, 9]));
+    texels.save(path.join("t.png")).unwrap();
+    let square = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 9 0\nvt 9 9\nvt 0 9\n\
+                  f 1/1 2/2 3/3 4/4\n";
+    fs::write(path.join("square.obj"), square).unwrap();
+    let scene = "format = 1\n[material.m]\nbase_color_texture = { file = \"t.png\" }\n\
+                 [shape.square]\nmesh = { file = \"square.obj\" }\n\
+                 [[instance]]\nshape = \"square\"\nmaterial = \"m\"\n";
+    fs::write(path.join("s.toml"), scene).unwrap();
+    let whole = "render s.toml --size 21x13 --spp 16 -o whole.exr";
+    let whole = lanecast(path, &whole.split(' ').collect::<Vec<_>>());
+    assert!(whole.status.success(), "{}", stderr(&whole));
+    part(path, "0..8", "0.sums", &[]);
+    part(path, "8..16", "1.sums", &[]);
+    let merged = lanecast(path, &["merge", "-o", "merged.exr", "0.sums", "1.sums"]);
+    assert!(merged.status.success(), "{}", stderr(&merged));
+    let [whole, merged] =
+        ["whole.exr", "merged.exr"].map(|name| fs::read(path.join(name)).unwrap());
+    assert!(whole == merged);
+}
+
 #[test]
 fn parts_add_up_to_the_bits_of_the_whole() {
     let folder = scene();

@@ -7,6 +7,7 @@ use super::layers::{LayerPlan, LayerSlots};
 use super::state::Paths;
 use crate::scene::Rgb;
 use crate::shade::hit_buffer::HitBuffer;
+use crate::shade::textures::Footprint;
 use crate::trace::HitId;
 
 /// The guides, in the order of their layers.
@@ -51,7 +52,16 @@ impl PathTracer<'_> {
             let albedo = match is_unlit {
                 // What it shows is its own light, which is not scattered.
                 true => [0.0; 3],
-                false => look.material.base_color.map(|c| c.clamp(0.0, 1.0) * weight),
+                false => {
+                    let material = match &look.varied {
+                        None => look.material,
+                        Some(varied) => {
+                            let at = (&buffer.places[hit], Footprint::POINT);
+                            self.material_there((look, varied), at)
+                        }
+                    };
+                    material.base_color.map(|c| c.clamp(0.0, 1.0) * weight)
+                }
             };
             let normal = buffer.ns.get(hit).as_vec3() * weight;
             set(ray, [albedo, normal.to_array()]);

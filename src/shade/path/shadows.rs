@@ -1,13 +1,14 @@
 //! Rays towards sampled light, and what arrives by those that are not blocked.
 
-use super::PathTracer;
 use super::layers::{EMISSION, Film, LayerKey, SKY};
+use super::{Look, PathTracer};
 use crate::scene::Rgb;
 use crate::shade::hit_buffer::HitBuffer;
 use crate::shade::hit_columns::HitColumns;
 use crate::shade::hits::fill_hit_buffer;
 use crate::shade::ray_queue::{BATCH, RayQueue};
 use crate::shade::statistics::Statistics;
+use crate::shade::textures::Footprint;
 use crate::trace::{HitId, RayKind, ShadowCache, TraceScratch, any};
 use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;
@@ -137,7 +138,14 @@ impl PathTracer<'_> {
             let surface = buffer.surface(hit);
             let dir = DVec3::from_array(rays.dir(ray));
             let cos = dir.normalize().dot(surface.ns).abs() as f32;
-            let mut passed = look.bsdf.straight(cos);
+            let mut passed = match &look.varied {
+                None => look.bsdf.straight(cos),
+                Some(varied) => {
+                    let at = (&buffer.places[hit], Footprint::POINT);
+                    let there = self.material_there((look, varied), at);
+                    Look::new(there).bsdf.straight(cos)
+                }
+            };
             if let Some(varied) = look.varied.as_ref().filter(|varied| varied.has_alpha()) {
                 let there = self.opacity_at(look, varied, &buffer.places[hit]);
                 passed = passed.map(|share| (1.0 - there) + there * share);

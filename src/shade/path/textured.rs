@@ -6,7 +6,7 @@ use super::{Look, PathTracer, SampleNumbers};
 use crate::light::bsdf::{Bsdf, Looks, Variation};
 use crate::math::lanes::Lanes;
 use crate::scene::{
-    Alpha, Material, MaterialId, Model, Rgb, Slot, TextureRef, TexturedMaterial, Texturing,
+    Alpha, Material, MaterialId, Model, Rgb, Slot, Tables, TextureRef, TexturedMaterial, Texturing,
 };
 use crate::shade::columns::{STEP, Singles};
 use crate::shade::hit_buffer::HitBuffer;
@@ -191,7 +191,8 @@ impl PathTracer<'_> {
                 }
                 continue;
             }
-            let looks = self.one_look(varied, own, at, wave, (buffer, *hit));
+            let (place, footprint) = self.looked_up(at, wave, (buffer, *hit));
+            let looks = one_look(&self.world.scene, varied, own, (place, footprint));
             for (column, channel) in color.iter_mut().zip(looks.base_color) {
                 column[i] = channel;
             }
@@ -204,30 +205,16 @@ impl PathTracer<'_> {
         }
     }
 
-    fn one_look(
+    /// Returns where a hit's textures are looked up, and how wide.
+    fn looked_up<'h>(
         &self,
-        varied: &Varied,
-        mut own: Looks<f32>,
         at: (SampleNumbers, u32),
         wave: &Paths,
-        (buffer, hit): (&HitBuffer, u32),
-    ) -> Looks<f32> {
-        let scene = &self.world.scene;
-        let place = &buffer.places[hit as usize];
-        let ray = buffer.row[hit as usize] as usize;
-        let [texel, level, ..] = self.picks(at, wave, ray);
+        (buffer, hit): (&'h HitBuffer, u32),
+    ) -> (&'h Place, Footprint) {
+        let [texel, level, ..] = self.picks(at, wave, buffer.row[hit as usize] as usize);
         let footprint = self.footprint(wave, (buffer, hit), [texel, level]);
-        let row = varied.row();
-        let [r, g, b, _] = colored(scene, &row, own.base_color, (place, footprint));
-        own.base_color = [r, g, b];
-        for (slot, texture) in &varied.refs {
-            if *slot == Slot::MetallicRoughness {
-                let [_, g, b, _] = look_up(scene, texture, place, footprint);
-                own.roughness *= g;
-                own.metallic *= b;
-            }
-        }
-        own
+        (&buffer.places[hit as usize], footprint)
     }
 
     /// Returns the look of one hit whose material varies in more than shading varies in lanes:
@@ -239,12 +226,18 @@ impl PathTracer<'_> {
         wave: &Paths,
         (buffer, hit): (&HitBuffer, u32),
     ) -> Look {
+        let at = self.looked_up(at, wave, (buffer, hit));
+        Look::new(self.material_there((look, varied), at))
+    }
+
+    /// Returns a material of the numbers that are at a place.
+    pub(super) fn material_there(
+        &self,
+        (look, varied): (&Look, &Varied),
+        (place, footprint): (&Place, Footprint),
+    ) -> Material {
         let scene = &self.world.scene;
-        let place = &buffer.places[hit as usize];
-        let ray = buffer.row[hit as usize] as usize;
-        let [texel, level, ..] = self.picks(at, wave, ray);
-        let footprint = self.footprint(wave, (buffer, hit), [texel, level]);
-        let looks = self.one_look(varied, look.bsdf.looks(), at, wave, (buffer, hit));
+        let looks = one_look(scene, varied, look.bsdf.looks(), (place, footprint));
         let mut material = look.material;
         match &mut material.model {
             Model::MetallicRoughness {
@@ -264,7 +257,7 @@ impl PathTracer<'_> {
                 scale(&mut material, *slot, texel, varied.texturing.film_least);
             }
         }
-        Look::new(material)
+        material
     }
 
     /// Returns the radiance that a surface shows by itself at a hit.
@@ -448,6 +441,26 @@ impl PathTracer<'_> {
         }
         buffer.finish_normals();
     }
+}
+
+/// Returns base colour, metallic and roughness at a place.
+fn one_look(
+    scene: &Tables,
+    varied: &Varied,
+    mut own: Looks<f32>,
+    (place, footprint): (&Place, Footprint),
+) -> Looks<f32> {
+    let row = varied.row();
+    let [r, g, b, _] = colored(scene, &row, own.base_color, (place, footprint));
+    own.base_color = [r, g, b];
+    for (slot, texture) in &varied.refs {
+        if *slot == Slot::MetallicRoughness {
+            let [_, g, b, _] = look_up(scene, texture, place, footprint);
+            own.roughness *= g;
+            own.metallic *= b;
+        }
+    }
+    own
 }
 
 /// Turns a shading normal towards the geometric one until what is mirrored about it leaves the

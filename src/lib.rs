@@ -38,7 +38,7 @@
 //! version.
 
 // Scenes: from a file, or built.
-pub use lanecast_io::{LoadError, LoadOptions, Loaded, load};
+pub use lanecast_io::{Animated, LoadError, LoadOptions, Loaded, load};
 pub use lanecast_model::scene::{
     Camera, Edge, Light, Material, MeshData, Scene, SceneBuilder, ShutterShape,
 };

@@ -1,7 +1,7 @@
-//! `lanecast render --frames N`: renders a sequence of pictures over the scene's
-//! motion.
+//! `lanecast render --frames`: renders a sequence of pictures over the scene's motion.
 //!
-//! Frame i of N is at time i / (N − 1). From one frame to the next the meshes' trees
+//! Frame i of N is at time i / (N − 1); frame i of a range is i / fps seconds after the beginning,
+//! whatever the range, so that it is the same in any. From one frame to the next the meshes' trees
 //! are kept, the top-level tree is refitted or rebuilt, and camera rays start with
 //! temporal bounds; no bit of a picture depends on any of it. The samples of a frame are a
 //! function of its number, so that noise does not stand still.
@@ -9,7 +9,7 @@
 use super::args::RenderArgs;
 use super::denoise::{self, Denoiser};
 use super::error::CliError;
-use super::output::{Results, check_destinations, printable_line, with_name_end};
+use super::output::{Results, check_destinations, complain, printable_line, with_name_end};
 use super::pipeline::{Prepared, complete, load, named, of_camera, structure, warn_of_losses};
 use super::progress::{Drawing, rate};
 use super::scene::pick_camera;
@@ -19,7 +19,7 @@ use crate::io::{AovSet, Development, LoadError, picture_files};
 use crate::measure::{FrameStats, Stats, Watch};
 use crate::plan::places_meshes;
 use crate::render::{FrameMemory, RenderConfig, Rendered, View, render_after, render_blurred};
-use crate::scene::{Instances, Scene};
+use crate::scene::{Instances, Scene, Timeline};
 use crate::trace::Reuse;
 use std::path::{Path, PathBuf};
 
@@ -28,11 +28,11 @@ pub fn run(
     config: &RenderConfig,
     output: &Path,
     development: &Development,
-    frames: u32,
+    timeline: Timeline,
     mut stats: Stats,
 ) -> Result<(), CliError> {
     let progress = interrupt::watch();
-    let paths: Vec<PathBuf> = (0..frames).map(|i| numbered(output, i)).collect();
+    let paths: Vec<PathBuf> = timeline.frames().map(|i| numbered(output, i)).collect();
     let files = paths.iter().map(|path| files(path, config.aovs));
     let mut files: Vec<PathBuf> = files.collect::<Result<Vec<_>, _>>()?.concat();
     if args.outputs.denoise {
@@ -44,15 +44,16 @@ pub fn run(
     interrupt::check(&progress)?;
 
     let mut watch = Watch::start();
-    let options = args.common.load_options(outputs);
+    let options = args.load_options(outputs);
     let scene = args.scene.as_deref();
     let loaded = load(scene, &options, &mut watch, &mut stats)?;
     let row = pick_camera(&loaded.cameras, config.camera.as_deref())?;
     let how = (config.grid, args.light.integrator.0);
-    let step = 1.0 / f64::from(frames.saturating_sub(1).max(1));
+    let seconds = loaded.seconds.0;
+    let step = timeline.step(seconds);
     let exposure = |scene: &Scene, time| args.shutter.exposure(scene, row, how, (time, step));
     let config = RenderConfig {
-        shutter: exposure(&loaded, 0.0)?,
+        shutter: exposure(&loaded, timeline.time(timeline.first.into(), seconds))?,
         ..of_camera(config.clone(), &loaded, args.common.size)?
     };
     let config = args.light.complete(config, &loaded)?;
@@ -98,9 +99,12 @@ pub fn run(
     let mut memory = FrameMemory::new(reuse);
     let name = args.scene.clone().unwrap_or("the built-in scene".into());
     let mut kept: Option<KeptTrees> = None;
-    for (number, path) in paths.iter().enumerate() {
+    if scene.moves() {
+        warn_of_end(&timeline, seconds);
+    }
+    for (frame, path) in timeline.frames().zip(&paths) {
         let first = stats.stages.len();
-        let time = time(number as u32, frames);
+        let time = timeline.time(frame.into(), seconds);
         let of_scene = |source| LoadError::of_scene(&name, source);
         let shutter = match config.shutter {
             Some(_) => exposure(&scene, time)?,
@@ -129,7 +133,7 @@ pub fn run(
             lights: &scene.lights,
         };
         let config = &RenderConfig {
-            frame: number as u32,
+            frame,
             shutter,
             ..config.clone()
         };
@@ -189,7 +193,7 @@ pub fn run(
             .save_into(path, development, &mut results.outputs)?;
         stats.stages.push(watch.stage("write"));
         stats.frames.push(FrameStats {
-            frame: number as u32,
+            frame,
             time,
             top_tree: outcome.name(),
             stages: stats.stages[first..].to_vec(),
@@ -203,9 +207,10 @@ pub fn run(
     results.add(&args.common.json, &stats)?;
     interrupt::check(&progress)?;
     results.commit(&format!(
-        "{} … {}: {frames} frames of {}x{}, {} rays in {:.3} s, {}\n",
+        "{} … {}: {} frames of {}x{}, {} rays in {:.3} s, {}\n",
         printable_line(&files[0].display().to_string()),
         printable_line(&files[files.len() - 1].display().to_string()),
+        paths.len(),
         config.width,
         config.height,
         stats.rays.total(),
@@ -214,9 +219,15 @@ pub fn run(
     ))
 }
 
-/// Returns a frame's time: 0 for the first, 1 for the last.
-pub fn time(frame: u32, frames: u32) -> f64 {
-    f64::from(frame) / f64::from(frames.saturating_sub(1).max(1))
+/// Says which frames come after the end of the motion.
+fn warn_of_end(timeline: &Timeline, seconds: f64) {
+    // The last picture may be just after the last key.
+    let late = |frame: &u32| timeline.time(i64::from(*frame) - 1, seconds) >= 1.0;
+    if let Some(first) = timeline.frames().find(late) {
+        complain(&format!(
+            "warning: the motion takes {seconds} seconds, and from frame {first} on nothing moves"
+        ));
+    }
 }
 
 fn files(path: &Path, aovs: AovSet) -> Result<Vec<PathBuf>, CliError> {
@@ -234,12 +245,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn frames_have_names_and_times() {
+    fn frames_have_names() {
         let name = |path: &str, frame| numbered(path.as_ref(), frame);
         assert_eq!(name("a/b.c.png", 7), PathBuf::from("a/b.c_0007.png"));
         assert_eq!(name("x.exr", 12345), PathBuf::from("x_12345.exr"));
         assert_eq!(name("x", 0), PathBuf::from("x_0000"));
-        assert_eq!([0, 1, 2].map(|i| time(i, 3)), [0.0, 0.5, 1.0]);
-        assert_eq!(time(0, 1), 0.0);
     }
 }

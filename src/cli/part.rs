@@ -35,7 +35,7 @@ pub fn run(
     let progress = interrupt::watch();
     let mut watch = Watch::start();
     let path = args.scene.as_deref();
-    let options = args.common.load_options(outputs);
+    let options = args.load_options(outputs);
     let scene = load(path, &options, &mut watch, &mut stats)?;
     let row = pick_camera(&scene.cameras, config.camera.as_deref())?;
     let how = (config.grid, args.light.integrator.0);

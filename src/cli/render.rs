@@ -35,8 +35,8 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     memory::check(&config, development.bits, &picture_path)?;
     metadata::check(args, &picture_path, config.aovs)?;
     check_alpha(config.backdrop == Backdrop::Transparent, &picture_path)?;
-    if let Some(frames) = args.frames {
-        return frames::run(args, &config, &picture_path, &development, frames, stats);
+    if let Some(timeline) = args.sequence.timeline().map_err(CliError::Usage)? {
+        return frames::run(args, &config, &picture_path, &development, timeline, stats);
     }
     let files: Vec<PathBuf> = picture_files(&picture_path, config.aovs.any())
         .map_err(|e| CliError::Usage(e.to_string()))?
@@ -53,7 +53,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     let mut watch = Watch::start();
     let mut stats = stats;
     let path = args.scene.as_deref();
-    let options = args.common.load_options(outputs);
+    let options = args.load_options(outputs);
     let scene = load(path, &options, &mut watch, &mut stats)?;
     let row = pick_camera(&scene.cameras, config.camera.as_deref())?;
     let how = (config.grid, args.light.integrator.0);

@@ -22,6 +22,7 @@
 use lanecast_model::{geom, scene};
 use lanecast_numerics::{math, roots};
 
+mod animated;
 mod channels;
 mod environment_map;
 mod error;
@@ -45,6 +46,7 @@ mod scad;
 mod shared;
 mod stl;
 
+pub use animated::Animated;
 pub use channels::{Channel, ChannelPicture, Encoding, read_channels};
 pub use error::{LoadError, SaveError};
 pub use exr_header::{Attribute, Metadata};
@@ -90,6 +92,8 @@ pub struct LoadOptions {
     pub keeps_uvs: bool,
     /// The variant of a glTF file's materials to show, by its name.
     pub variant: Option<String>,
+    /// The animation of a glTF file to show; without one it is as at rest.
+    pub animation: Option<Animated>,
     /// How the curves of OpenSCAD's files are drawn.
     pub scad_curves: Curves,
 }
@@ -128,6 +132,15 @@ fn import(
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
 ) -> Result<Option<native::SourceSpans>, LoadError> {
+    let animation = options.animation.as_ref();
+    let named = animation.is_some_and(|animation| animation.name.is_some());
+    if named && !matches!(&*extension(path), "gltf" | "glb") {
+        return Err(LoadError::Unsupported {
+            path: path.into(),
+            what: "--animation of a file that is no .gltf or .glb".into(),
+            remedy: Some("leave it out; the motion of other scenes needs no name".into()),
+        });
+    }
     let native = |syntax, scene, report| native::import(path, syntax, options, scene, report);
     if options.variant.is_some() && !matches!(&*extension(path), "gltf" | "glb") {
         return Err(LoadError::Unsupported {

@@ -4,6 +4,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod animated;
 mod found_gltf;
 mod found_meshes;
 mod io_bad;

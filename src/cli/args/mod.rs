@@ -9,6 +9,7 @@ mod development;
 mod import;
 mod light;
 mod outputs;
+mod sequence;
 mod shutter;
 mod values;
 
@@ -19,11 +20,12 @@ pub use values::Size;
 use super::error::CliError;
 use super::output::Sink;
 use crate::accel::{BuildQuality, KdClip, KdQuality, KdStop};
-use crate::io::LoadOptions;
+use crate::io::{Animated, LoadOptions};
 use crate::measure::generate::Generated;
 use crate::plan::{Accel, Choices, LaneCount, Precision};
 use crate::render::{Backdrop, Grid, RenderConfig};
 use crate::roots::{Interval, Solver};
+use crate::scene::Timeline;
 use crate::trace::Caching;
 use clap::{Args, value_parser};
 use development::DevelopmentArgs;
@@ -31,6 +33,7 @@ use glam::DVec3;
 use import::ImportArgs;
 use light::LightArgs;
 use outputs::OutputArgs;
+use sequence::SequenceArgs;
 use shutter::ShutterArgs;
 use std::path::PathBuf;
 use values::{
@@ -72,10 +75,8 @@ pub struct RenderArgs {
     pub shadow_cache: Caching,
     #[command(flatten)]
     pub build: BuildArgs,
-    /// Render N pictures at times from 0 to 1 of the scene's motion: name_0000.png and
-    /// so on
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=100_000))]
-    pub frames: Option<u32>,
+    #[command(flatten)]
+    pub sequence: SequenceArgs,
     /// Temporal bounds of camera rays from the frame before: depth, hit, none, or auto,
     /// which is depth if meshes are placed by transforms; the pictures are the same
     #[arg(long, value_name = "WHAT", default_value = "auto", requires = "frames", value_parser = parse_reuse)]
@@ -449,6 +450,10 @@ pub struct CommonArgs {
     /// Variant of a glTF file's materials (KHR_materials_variants) [default: none]
     #[arg(long, value_name = "NAME")]
     pub variant: Option<String>,
+    /// Animation of a glTF file, by its name or its number from 0 [default: of --frames and
+    /// --shutter the first, else none, and things are as at rest]
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub animation: Option<String>,
 }
 
 impl ProbeArgs {
@@ -481,6 +486,14 @@ pub const VERIFY_SIZE: Size = Size {
 };
 
 impl RenderArgs {
+    pub fn load_options(&self, outputs: Vec<PathBuf>) -> LoadOptions {
+        let name = self.common.animation.as_deref();
+        LoadOptions {
+            animation: self.sequence.animated(name, &self.shutter),
+            ..self.common.load_options(outputs)
+        }
+    }
+
     /// Returns the configuration before the scene is known, which completes it
     /// ([`LightArgs::complete`]).
     pub fn config(&self) -> Result<RenderConfig, CliError> {
@@ -639,6 +652,12 @@ impl CommonArgs {
     pub fn load_options(&self, outputs: Vec<PathBuf>) -> LoadOptions {
         LoadOptions {
             variant: self.variant.clone(),
+            animation: self.animation.as_ref().map(|name| Animated {
+                name: Some(name.clone()),
+                timeline: Timeline::whole(1),
+                margin: 0,
+                blurs: false,
+            }),
             ..self.import.load_options(outputs)
         }
     }

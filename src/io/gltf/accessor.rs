@@ -24,6 +24,8 @@ pub(super) enum Accept {
     Joint,
     /// Weights, and colours: f32, or 8 and 16 bits without sign and normalised.
     Weight,
+    /// Values of animations: f32, or 8 and 16 bits, normalised.
+    Animated,
     /// Texture coordinates of KHR_mesh_quantization: f32, or 8 and 16 bits.
     Coordinate,
 }
@@ -37,6 +39,7 @@ impl Accept {
             Accept::Normal => kind == F32 || matches!(kind, I8 | I16) && normalized,
             Accept::Joint => matches!(kind, U8 | U16) && !normalized,
             Accept::Coordinate => matches!(kind, F32 | I8 | U8 | I16 | U16),
+            Accept::Animated => kind == F32 || matches!(kind, I8 | U8 | I16 | U16) && normalized,
             Accept::Weight => kind == F32 || matches!(kind, U8 | U16) && normalized,
         }
     }
@@ -126,6 +129,17 @@ fn tuples<const N: usize>(
         let size = kind.size();
         std::array::from_fn(|i| component(kind, normalized, &b[i * size..(i + 1) * size]))
     })
+}
+
+/// Reads a column of numbers, converted to f64.
+pub(super) fn scalars(
+    file: &File,
+    id: Index<Accessor>,
+    accept: &Accept,
+    place: &str,
+) -> Result<Vec<f64>, LoadError> {
+    let rows = tuples::<1>(file, id, (Type::Scalar, "SCALAR"), accept, place)?;
+    Ok(rows.into_iter().map(|[x]| x).collect())
 }
 
 /// Reads a column of vertex indices.

@@ -5,6 +5,7 @@
 //! malformed ones; so every index is checked where it is used. If even the crate's parser
 //! refuses a file, the file is parsed again without the parts that are not imported.
 
+use super::animation;
 use super::texture::Sources;
 use crate::LoadError;
 use crate::shared::messages::{json_fault, one_line};
@@ -148,7 +149,7 @@ pub(super) fn split<'a>(path: &Path, bytes: &'a [u8]) -> Result<Chunks<'a>, Load
 }
 
 /// The transform of a node as the file writes it, in f64, because the gltf crate keeps f32.
-#[derive(Default, Deserialize)]
+#[derive(Clone, Default, Deserialize)]
 pub(super) struct Placement {
     pub matrix: Option<[f64; 16]>,
     pub translation: Option<[f64; 3]>,
@@ -163,6 +164,7 @@ pub(super) struct Document {
     pub placements: Vec<Placement>,
     /// What textures are made of.
     pub sources: Sources,
+    pub animations: Vec<animation::Source>,
     /// Kind and number of the things in the file that are not imported; `root` may lack them.
     pub unread: Vec<(&'static str, usize)>,
 }
@@ -209,16 +211,16 @@ pub(super) fn parse(path: &Path, json: &[u8]) -> Result<Document, LoadError> {
     }
     check_counts(path, json)?;
     let nodes: Nodes = serde_json::from_slice(json).map_err(syntax)?;
-    let (root, unread) = match serde_json::from_slice::<Root>(json) {
-        Ok(root) => {
-            let unread = vec![("animation", root.animations.len())];
-            (root, unread)
-        }
+    let (animations, malformed) = animation::sources(json);
+    let (root, mut unread) = match serde_json::from_slice::<Root>(json) {
+        Ok(root) => (root, Vec::new()),
         // The crate requires properties that the specification or an extension lets a file
         // omit. Errors are those of the first parse, which have a line.
         Err(first) => without_unread(json).ok_or_else(|| syntax(first))?,
     };
+    unread.push(("malformed animation", malformed));
     Ok(Document {
+        animations,
         // A list that is none is that of a file without textures.
         sources: serde_json::from_slice(json).unwrap_or_default(),
         root,
@@ -293,7 +295,7 @@ fn without_unread(json: &[u8]) -> Option<(Root, Vec<(&'static str, usize)>)> {
     let mut unread = Vec::new();
     for (key, what) in [
         ("textures", ""),
-        ("animations", "animation"),
+        ("animations", ""),
         ("skins", "skin"),
         ("images", ""),
         ("samplers", ""),

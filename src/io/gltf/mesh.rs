@@ -7,6 +7,7 @@
 use super::File;
 use super::accessor::{Accept, colors, indices, pairs, quadruples, triples};
 use super::material::{Imported, Materials};
+use super::morph;
 use super::skin::Pose;
 use super::tangents::{generated, given};
 use super::variant::material_in;
@@ -25,14 +26,23 @@ struct Vertices {
     normals: bool,
 }
 
-/// Reads a mesh, which may have no triangles, in a skin's pose if there is one; `label` names
-/// it in messages.
+/// In what state a mesh is read.
+pub(super) struct State<'a> {
+    /// The pose of its skin.
+    pub pose: Option<&'a Pose>,
+    /// How much of each morph target is added; missing ones are 0.
+    pub weights: Vec<f64>,
+    /// Whether only vertices are wanted, for the mesh is read already.
+    pub is_key: bool,
+}
+
+/// Reads a mesh, which may have no triangles, in a state; `label` names it in messages.
 pub(super) fn read(
     file: &File,
     source: &gltf::json::Mesh,
     label: &str,
     materials: &Materials,
-    pose: Option<&Pose>,
+    state: &State,
     report: &mut ImportReport,
 ) -> Result<MeshData, LoadError> {
     let mut mesh = MeshData::default();
@@ -86,13 +96,14 @@ pub(super) fn read(
             attribute(Semantic::Weights(0)),
             color,
         ];
+        key.extend(morph::columns(primitive));
         key.extend((0..sets).map(|set| attribute(Semantic::TexCoords(set))));
         let key: Vec<_> = key.iter().map(|id| id.map(|id| id.value())).collect();
         let vertices = match read.get(&key) {
             Some(vertices) => *vertices,
             None => {
                 let vertices =
-                    read_vertices(file, (primitive, &material), &mut mesh, pose, &place)?;
+                    read_vertices(file, (primitive, &material), &mut mesh, state, &place)?;
                 read.insert(key, vertices);
                 vertices
             }
@@ -108,9 +119,9 @@ pub(super) fn read(
             let message = format!("vertex {row} is not finite: {at:?}");
             return Err(file.invalid(&format!("{place}, POSITION"), &message));
         }
-        if material.normal_set.is_some() {
-            let skinned = pose.is_some();
-            let of = (primitive, &material, skinned);
+        if material.normal_set.is_some() && !state.is_key {
+            let moved = state.pose.is_some() || state.weights.iter().any(|w| *w != 0.0);
+            let of = (primitive, &material, moved);
             add_tangents(file, of, (&mut mesh, first, vertices), &place)?;
         }
         if mesh.parts.last().and_then(|(_, m)| *m) != material.id {
@@ -153,13 +164,13 @@ fn is_finite(mesh: &MeshData, vertex: u32) -> bool {
 /// Appends the tangents of the triangles from `first` on, which a normal map needs.
 fn add_tangents(
     file: &File,
-    (primitive, material, skinned): (&Primitive, &Imported, bool),
+    (primitive, material, moved): (&Primitive, &Imported, bool),
     (mesh, first, vertices): (&mut MeshData, usize, Vertices),
     place: &str,
 ) -> Result<(), LoadError> {
     let attribute = |s| primitive.attributes.get(&Checked::Valid(s)).copied();
     let set = material.normal_set.unwrap_or_default();
-    let found = attribute(Semantic::Tangents).filter(|_| vertices.normals && !skinned);
+    let found = attribute(Semantic::Tangents).filter(|_| vertices.normals && !moved);
     let tangents = match found {
         Some(id) => {
             let at = format!("{place}, TANGENT");
@@ -231,7 +242,7 @@ fn read_vertices(
     file: &File,
     (primitive, material): (&Primitive, &Imported),
     mesh: &mut MeshData,
-    pose: Option<&Pose>,
+    state: &State,
     place: &str,
 ) -> Result<Vertices, LoadError> {
     let quantized = file
@@ -276,7 +287,11 @@ fn read_vertices(
         None => mesh.normals.resize(all, [0.0; 3]),
     }
     read_attributes(file, (primitive, material), mesh, (first, count), place)?;
-    if let Some(pose) = pose {
+    if state.weights.iter().any(|w| *w != 0.0) {
+        let vertices = (&mut mesh.positions[first..], &mut mesh.normals[first..]);
+        morph::apply(file, primitive, &state.weights, vertices, place)?;
+    }
+    if let Some(pose) = state.pose {
         let vertices = (&mut mesh.positions[first..], &mut mesh.normals[first..]);
         pose.apply(file, primitive, vertices, place)?;
     }

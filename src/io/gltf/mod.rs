@@ -2,19 +2,26 @@
 //!
 //! A glTF node becomes a node or, if it only carries a mesh, an edge to the shape. A mesh is
 //! stored once, however many nodes refer to it. Triangle ids follow the file: primitives one
-//! after the other, and the triangles of each in the order of its mode. Skins are applied in
-//! the pose that the file has. Morph targets, animations and the like are not
-//! supported and counted in [`ImportReport`].
+//! after the other, and the triangles of each in the order of its mode. Morph targets and skins are
+//! applied: in the pose that the file has, or at the times of an animation.
 //!
-//! `container` parses, `buffers` and `accessor` check every length and range, `mesh`, `skin`
-//! and `material` fill rows, `placement` reads transforms, `nodes` walks the graph. Specification: Khronos glTF 2.0.1.
+//! `container` parses, `buffers` and `accessor` check every length and range, `mesh`, `morph`,
+//! `skin`, `material`, `camera` and `light` fill rows, `placement` reads transforms, `animation`
+//! reads curves, of which `motion` makes keys, `nodes` walks the graph. Specification: Khronos
+//! glTF 2.0.1.
 //! tests/formats/io_bad.rs compares the refusals with those of the Khronos validator.
 
 mod accessor;
+mod animation;
 mod buffers;
+mod camera;
 mod container;
+mod light;
 mod material;
 mod mesh;
+mod meshes;
+mod morph;
+mod motion;
 mod nodes;
 mod placement;
 mod skin;
@@ -29,6 +36,7 @@ use buffers::Buffers;
 use gltf::json::Root;
 use gltf::json::mesh::Semantic;
 use gltf::json::validation::Checked;
+use motion::Motion;
 use std::cell::Cell;
 use std::path::Path;
 
@@ -91,6 +99,7 @@ pub(super) fn import(
         root,
         placements,
         sources,
+        animations,
         unread,
     } = container::parse(path, chunks.json.as_bytes())?;
     let folder = Folder::new(path, options);
@@ -111,14 +120,24 @@ pub(super) fn import(
     }
     left_out(&file.root, report);
     let materials = material::import(&file, &folder, scene, report)?;
-    nodes::import(&file, &placements, &materials, scene, report)
+    let asked = options.animation.as_ref();
+    let animation = match asked {
+        Some(asked) => animation::import(&file, &animations, asked, &placements, report)?,
+        None => {
+            report.add_many("animation (see --animation)", animations.len());
+            None
+        }
+    };
+    if let Some(animation) = &animation {
+        scene.motion_takes(animation.seconds);
+    }
+    let motion = Motion::new(placements, animation, asked);
+    nodes::import(&file, &motion, &materials, scene, report)
 }
 
 /// Counts the parts of meshes, and the extensions, that this importer does not read.
 fn left_out(root: &Root, report: &mut ImportReport) {
     for primitive in root.meshes.iter().flat_map(|m| &m.primitives) {
-        let targets = primitive.targets.as_ref().map_or(0, Vec::len);
-        report.add_many("morph target", targets);
         let colors = primitive.attributes.keys();
         let more = colors.filter(|k| matches!(k, Checked::Valid(Semantic::Colors(1..))));
         report.add_many("second vertex colour set", more.count());

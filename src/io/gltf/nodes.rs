@@ -5,32 +5,29 @@
 //! decoded, and nodes with nothing to show are not imported. A scene has no singular
 //! transform, so a mesh below a node that is flat is copied flat.
 
+use super::File;
+use super::camera::camera;
 use super::container::Placement;
+use super::light::light;
 use super::material::Materials;
-use super::placement::{Extent, flattened, instances, local_transform};
-use super::skin::Pose;
-use super::{File, mesh};
+use super::meshes::Meshes;
+use super::motion::Motion;
+use super::placement::{Extent, instances, local_transform};
 use crate::math::Affine;
-use crate::scene::{Camera, Edge, Falloff, Light, MeshData, SceneBuilder, ShapeId};
-use crate::shared::mesh_cleanup::unit;
+use crate::scene::{Edge, SceneBuilder};
 use crate::shared::messages::one_line;
 use crate::{ImportReport, LoadError};
-use glam::DVec3;
-use gltf::json::camera::Type as CameraType;
-use gltf::json::extensions::scene::khr_lights_punctual::Type as LightType;
-use gltf::json::validation::Checked;
 use serde_json::Value;
 use std::collections::HashMap;
-use std::f32::consts::FRAC_PI_4;
 
 /// The parent of a root.
-const NO_PARENT: u32 = u32::MAX;
+pub(super) const NO_PARENT: u32 = u32::MAX;
 
-/// Imports the nodes of the scene to show. Fails for references that do not exist, nodes
+/// Imports the nodes of the scene to show, placed as at the motion's beginning. Fails for references that do not exist, nodes
 /// with two parents, cycles, and malformed transforms, skins, cameras or lights.
 pub(super) fn import(
     file: &File,
-    placements: &[Placement],
+    motion: &Motion,
     materials: &Materials,
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
@@ -38,7 +35,13 @@ pub(super) fn import(
     let parents = parents(file)?;
     let roots = roots(file, &parents)?;
     let order = parents_first(file, &roots);
-    let placed = Placed::new(file, placements, (&parents, &order), report)?;
+    let placed = Placed::new(
+        file,
+        &motion.start,
+        &|n| motion.moves(n),
+        (&parents, &order),
+        report,
+    )?;
 
     // Lights, parents before children; cameras as the file lists them.
     let there = || order.iter().filter(|n| !placed.vanished[**n as usize]);
@@ -46,7 +49,10 @@ pub(super) fn import(
         .map(|n| *n as usize)
         .filter(|n| !placed.invisible[*n])
     {
-        light(file, node, &placed.world[node], scene, report)?;
+        let worlds = || motion.worlds(file, node, &parents, placed.world[node]);
+        if has_light(file, node) {
+            light(file, node, &worlds()?, scene, report)?;
+        }
     }
     let number = |n: u32| {
         file.root.nodes[n as usize]
@@ -56,16 +62,11 @@ pub(super) fn import(
     let mut seen: Vec<u32> = there().copied().filter(|n| number(*n).is_some()).collect();
     seen.sort_unstable_by_key(|n| (number(*n), *n));
     for node in seen.into_iter().map(|n| n as usize) {
-        camera(file, node, &placed.world[node], scene, report)?;
+        let worlds = motion.worlds(file, node, &parents, placed.world[node])?;
+        camera(file, node, &worlds, scene, report)?;
     }
 
-    let mut meshes = Meshes {
-        file,
-        materials,
-        shared: vec![None; file.root.meshes.len()],
-        posed: HashMap::new(),
-        poses: HashMap::new(),
-    };
+    let mut meshes = Meshes::new(file, materials, motion);
     // Meshes are imported in the order of the nodes in the file, so that ids do not depend
     // on the graph.
     let mut shown: Vec<u32> = order.clone();
@@ -73,7 +74,7 @@ pub(super) fn import(
     shown.sort_unstable();
     let mut own: Vec<Option<Edge>> = vec![None; placed.local.len()];
     let mut several: HashMap<usize, Vec<Edge>> = HashMap::new();
-    let (mut skinned, mut worlds) = (Vec::new(), None);
+    let mut skinned = Vec::new();
     for node in shown.iter().map(|n| *n as usize) {
         let source = &file.root.nodes[node];
         let Some(mesh) = source.mesh.map(|mesh| mesh.value()) else {
@@ -82,12 +83,8 @@ pub(super) fn import(
         // The skin of a file that lacks what it needs is not imported.
         let skin = source.skin.map(|skin| skin.value());
         if let Some(skin) = skin.filter(|skin| *skin < file.root.skins.len()) {
-            let world = match &worlds {
-                Some(world) => world,
-                None => worlds.insert(all_worlds(file, placements, &parents)?),
-            };
-            meshes.read_pose(skin, world)?;
-            if let Some(shape) = meshes.posed(node, (mesh, skin), scene, report)? {
+            meshes.read_poses(skin, &parents)?;
+            if let Some(shape) = meshes.shape(node, mesh, Some(skin), scene, report)? {
                 skinned.push((node, shape));
             }
             continue;
@@ -97,7 +94,8 @@ pub(super) fn import(
         }
         let instances = instances(file, node, &|| label(file, node))?;
         if instances.is_none() && placed.flat[node].is_none() {
-            own[node] = meshes.shared(node, mesh, scene, report)?.map(Edge::shape);
+            let shape = meshes.shape(node, mesh, None, scene, report)?;
+            own[node] = shape.map(Edge::shape);
             continue;
         }
         let mut edges = Vec::new();
@@ -115,7 +113,7 @@ pub(super) fn import(
                     .flat(node, mesh, &map, scene, report)?
                     .map(Edge::shape),
                 Extent::Solid => {
-                    let shape = meshes.shared(node, mesh, scene, report)?;
+                    let shape = meshes.shape(node, mesh, None, scene, report)?;
                     shape.map(|shape| Edge::shape(shape).transform(scene.transform(map)))
                 }
             };
@@ -145,7 +143,9 @@ pub(super) fn import(
         // What is below a flat node has been moved to the space of the node above.
         edges[node] = Some(match placed.flat[node] {
             Some(_) => edge,
-            None => edge.transform(scene.transform(placed.local[node])),
+            None => {
+                edge.transform(motion.transform(file, node, placed.local[node], scene, report)?)
+            }
         });
     }
     for root in roots {
@@ -177,6 +177,7 @@ impl Placed {
     fn new(
         file: &File,
         placements: &[Placement],
+        moving: &dyn Fn(usize) -> bool,
         (parents, order): (&[u32], &[u32]),
         report: &mut ImportReport,
     ) -> Result<Placed, LoadError> {
@@ -214,6 +215,8 @@ impl Placed {
                 report.add("node scaled to nothing");
             }
             all.flat[node] = Some(map);
+            let moves = moving(node);
+            report.add_many("animation of a node that is flat", usize::from(moves));
         }
         Ok(all)
     }
@@ -227,8 +230,8 @@ fn is_hidden(file: &File, node: usize) -> bool {
     visible.and_then(Value::as_bool) == Some(false)
 }
 
-/// The transforms of all nodes of the file to the world, for joints.
-fn all_worlds(
+/// Computes the transforms of all nodes of the file to the world, for joints.
+pub(super) fn all_worlds(
     file: &File,
     placements: &[Placement],
     parents: &[u32],
@@ -237,110 +240,23 @@ fn all_worlds(
     let order = parents_first(file, &tops.collect::<Vec<_>>());
     // What is repaired or left out of them is reported already.
     let mut unused = ImportReport::default();
-    Ok(Placed::new(file, placements, (parents, &order), &mut unused)?.world)
+    let placed = Placed::new(file, placements, &|_| false, (parents, &order), &mut unused)?;
+    Ok(placed.world)
 }
 
-/// The shapes of meshes that are read so far; `None` for a mesh without triangles.
-struct Meshes<'f> {
-    file: &'f File<'f>,
-    materials: &'f Materials,
-    shared: Vec<Option<Option<ShapeId>>>,
-    /// By mesh and skin.
-    posed: HashMap<(usize, usize), Option<ShapeId>>,
-    poses: HashMap<usize, Pose>,
-}
-
-impl Meshes<'_> {
-    /// Reads a mesh that a node refers to, with its name.
-    fn read(
-        &self,
-        node: usize,
-        mesh: usize,
-        pose: Option<&Pose>,
-        (scene, report): (&SceneBuilder, &mut ImportReport),
-    ) -> Result<(String, MeshData), LoadError> {
-        let file = self.file;
-        let Some(source) = file.root.meshes.get(mesh) else {
-            let all = file.root.meshes.len();
-            let message = format!("refers to mesh {mesh}, but there are {all}");
-            return Err(file.invalid(&label(file, node), &message));
-        };
-        let name = one_line(source.name.as_deref().unwrap_or_default());
-        let label = match &*name {
-            "" => format!("mesh {mesh}"),
-            name => format!("mesh {mesh} '{name}'"),
-        };
-        let data = mesh::read(file, source, &label, self.materials, pose, report)?;
-        check_room(file, scene, &data, &label)?;
-        Ok((name, data))
-    }
-
-    /// The shape of a mesh as it is, which all nodes share.
-    fn shared(
-        &mut self,
-        node: usize,
-        mesh: usize,
-        scene: &mut SceneBuilder,
-        report: &mut ImportReport,
-    ) -> Result<Option<ShapeId>, LoadError> {
-        if let Some(Some(shape)) = self.shared.get(mesh) {
-            return Ok(*shape);
-        }
-        let (name, data) = self.read(node, mesh, None, (scene, report))?;
-        let shape = (!data.triangles.is_empty()).then(|| scene.mesh(&name, &data));
-        self.shared[mesh] = Some(shape);
-        Ok(shape)
-    }
-
-    /// A copy of a mesh, moved by a flat map, which no instance can have.
-    fn flat(
-        &self,
-        node: usize,
-        mesh: usize,
-        map: &Affine,
-        scene: &mut SceneBuilder,
-        report: &mut ImportReport,
-    ) -> Result<Option<ShapeId>, LoadError> {
-        let (name, data) = self.read(node, mesh, None, (scene, report))?;
-        let data = flattened(&data, map);
-        Ok((!data.triangles.is_empty()).then(|| scene.mesh(&name, &data)))
-    }
-
-    /// Reads a skin unless it is read already; `world` places all nodes.
-    fn read_pose(&mut self, skin: usize, world: &[Affine]) -> Result<(), LoadError> {
-        if !self.poses.contains_key(&skin) {
-            let pose = Pose::read(self.file, skin, world)?;
-            self.poses.insert(skin, pose);
-        }
-        Ok(())
-    }
-
-    /// The shape of a mesh in the pose of a skin, in the world.
-    fn posed(
-        &mut self,
-        node: usize,
-        (mesh, skin): (usize, usize),
-        scene: &mut SceneBuilder,
-        report: &mut ImportReport,
-    ) -> Result<Option<ShapeId>, LoadError> {
-        if let Some(shape) = self.posed.get(&(mesh, skin)) {
-            return Ok(*shape);
-        }
-        let pose = self.poses.get(&skin);
-        let (name, data) = self.read(node, mesh, pose, (scene, report))?;
-        let shape = (!data.triangles.is_empty()).then(|| scene.mesh(&name, &data));
-        self.posed.insert((mesh, skin), shape);
-        Ok(shape)
-    }
+/// Says whether a node has a light.
+fn has_light(file: &File, node: usize) -> bool {
+    let extensions = file.root.nodes[node].extensions.as_ref();
+    extensions.is_some_and(|e| e.khr_lights_punctual.is_some())
 }
 
 /// The name of a node, maybe empty.
-fn name(file: &File, node: usize) -> String {
+pub(super) fn name(file: &File, node: usize) -> String {
     one_line(file.root.nodes[node].name.as_deref().unwrap_or_default())
 }
 
 /// A node as messages name it: `node 3 'wheel'`.
-fn label(file: &File, node: usize) -> String {
+pub(super) fn label(file: &File, node: usize) -> String {
     match &*name(file, node) {
         "" => format!("node {node}"),
         name => format!("node {node} '{name}'"),
@@ -429,149 +345,4 @@ fn parents_first(file: &File, roots: &[u32]) -> Vec<u32> {
         next += 1;
     }
     order
-}
-
-/// Adds the camera of a node, if it has one. A camera looks along -z of its node, with +y up;
-/// the node's scale is ignored.
-fn camera(
-    file: &File,
-    node: usize,
-    world: &Affine,
-    scene: &mut SceneBuilder,
-    report: &mut ImportReport,
-) -> Result<(), LoadError> {
-    let Some(id) = file.root.nodes[node].camera else {
-        return Ok(());
-    };
-    let cameras = &file.root.cameras;
-    let Some(source) = cameras.get(id.value()) else {
-        let message = format!(
-            "refers to camera {}, but there are {}",
-            id.value(),
-            cameras.len()
-        );
-        return Err(file.invalid(&label(file, node), &message));
-    };
-    // The pose is computed at the origin, because at a far eye the point to look at would
-    // round the direction.
-    let forward = DVec3::from_array(world.vector([0.0, 0.0, -1.0]));
-    let up = DVec3::from_array(world.vector([0.0, 1.0, 0.0]));
-    if forward.cross(up) == DVec3::ZERO {
-        report.add("camera of a node scaled to nothing");
-        return Ok(());
-    }
-    let place = format!("camera {}", id.value());
-    let posed = match (&source.type_, &source.perspective, &source.orthographic) {
-        (Checked::Valid(CameraType::Perspective), Some(p), _) => {
-            let fov = f64::from(p.yfov).to_degrees();
-            if fov >= 180.0 {
-                report.add("camera with a field of view of 180 degrees or more");
-                return Ok(());
-            }
-            Camera::perspective(DVec3::ZERO, forward, up, fov)
-        }
-        (Checked::Valid(CameraType::Orthographic), _, Some(o)) => {
-            let height = 2.0 * f64::from(o.ymag).abs();
-            Camera::orthographic(DVec3::ZERO, forward, up, height)
-        }
-        _ => {
-            let message =
-                "its type must be 'perspective' or 'orthographic', with the property of that name";
-            return Err(file.invalid(&place, message));
-        }
-    };
-    let eye = DVec3::from_array(world.translation);
-    let own = one_line(source.name.as_deref().unwrap_or_default());
-    let node = name(file, node);
-    let name = if own.is_empty() { &node } else { &own };
-    scene.camera_on(name, &node, Camera { eye, ..posed });
-    Ok(())
-}
-
-/// Adds the light of a node, if it has one: a directional light along -z of the node, a point
-/// light at its origin, or a spot light from there along -z.
-fn light(
-    file: &File,
-    node: usize,
-    world: &Affine,
-    scene: &mut SceneBuilder,
-    report: &mut ImportReport,
-) -> Result<(), LoadError> {
-    let extensions = file.root.nodes[node].extensions.as_ref();
-    let Some(id) = extensions.and_then(|e| e.khr_lights_punctual.as_ref()) else {
-        return Ok(());
-    };
-    let id = id.light.value();
-    let extensions = file.root.extensions.as_ref();
-    let lights = extensions.and_then(|e| e.khr_lights_punctual.as_ref());
-    let lights = lights.map_or(&[][..], |l| &l.lights);
-    let Some(source) = lights.get(id) else {
-        let message = format!("refers to light {id}, but there are {}", lights.len());
-        return Err(file.invalid(&label(file, node), &message));
-    };
-    let power = source.color.map(|c| c * source.intensity);
-    match source.type_ {
-        Checked::Valid(LightType::Directional) => {
-            let travels = DVec3::from_array(world.vector([0.0, 0.0, -1.0]));
-            match unit(travels) {
-                Some(direction) => {
-                    scene.light(Light::Directional {
-                        direction,
-                        irradiance: power,
-                        angle: 0.0,
-                    });
-                }
-                None => report.add("light of a node scaled to nothing"),
-            }
-        }
-        Checked::Valid(LightType::Spot) => {
-            let travels = DVec3::from_array(world.vector([0.0, 0.0, -1.0]));
-            let cone = source.spot.as_ref();
-            match unit(travels) {
-                Some(direction) => {
-                    let outer = cone.map_or(FRAC_PI_4, |cone| cone.outer_cone_angle);
-                    scene.light(Light::Spot {
-                        position: DVec3::from_array(world.translation),
-                        direction,
-                        intensity: power,
-                        inner: cone.map_or(0.0, |cone| f64::from(cone.inner_cone_angle)),
-                        outer: f64::from(outer),
-                        radius: 0.0,
-                    });
-                }
-                None => report.add("light of a node scaled to nothing"),
-            }
-        }
-        Checked::Valid(LightType::Point) => {
-            scene.light(Light::Point {
-                position: DVec3::from_array(world.translation),
-                intensity: power,
-                falloff: Falloff::InverseSquare,
-                radius: 0.0,
-            });
-        }
-        Checked::Invalid => report.add("light of an unknown type"),
-    }
-    if source.range.is_some() {
-        report.add("light range");
-    }
-    Ok(())
-}
-
-/// Checks that a mesh fits into the scene, whose tables count all vertices and all triangles
-/// in u32.
-fn check_room(
-    file: &File,
-    scene: &SceneBuilder,
-    data: &crate::scene::MeshData,
-    label: &str,
-) -> Result<(), LoadError> {
-    let meshes = &scene.tables().meshes;
-    let most = u32::MAX as usize;
-    if meshes.positions.len() + data.positions.len() > most
-        || meshes.triangles.len() + data.triangles.len() > most
-    {
-        return Err(file.invalid(label, "the scene has more triangles than u32 can count"));
-    }
-    Ok(())
 }

@@ -5,12 +5,12 @@
 //! million nodes is as good as any other file.
 
 use super::lower_camera::camera;
-use super::lower_looks::{environment, group, light, material};
+use super::lower_looks::{environment, group, material};
 use super::schema::{self, Named, Triple};
 use super::schema_camera::Cameras;
 use super::source_spans::At;
 use super::tree::{Source, nearest, quoted};
-use super::{lower_csg, lower_shape, lower_shutter, lower_texture, rotate};
+use super::{lower_csg, lower_light, lower_shape, lower_shutter, lower_texture, rotate};
 use crate::math::Affine;
 use crate::scene::{
     Edge, Entity, EntityKind, Interpolation, Key, LightId, Lit, MaterialId, NodeId, SceneBuilder,
@@ -66,6 +66,16 @@ pub(super) fn lower(
         scene.background(background.value);
         at.background = Some(background.at);
     }
+    if let Some(seconds) = &file.seconds {
+        if !(seconds.value > 0.0 && seconds.value.is_finite()) {
+            let message = format!(
+                "seconds = {}; a motion takes more than 0 seconds, and not forever",
+                seconds.value
+            );
+            return Err(source.error(seconds.at, message));
+        }
+        scene.motion_takes(seconds.value);
+    }
     if let Some(row) = &file.environment {
         let lights = scene.tables().lights.len() as u32;
         environment(source, row, (options, report), scene)?;
@@ -86,7 +96,11 @@ pub(super) fn lower(
         at.cameras.push(row.at);
     }
     for row in file.light.iter().flatten() {
-        let id = scene.light(light(source, row)?);
+        let light = lower_light::light(source, row)?;
+        let id = scene.light(light);
+        if let Some(motion) = &row.value.motion {
+            scene.move_light(id, &lower_light::keys(source, light, motion)?);
+        }
         group(source, &row.value.group, [Lit::Light(id)], scene)?;
         at.lights.push(row.at);
     }

@@ -2,18 +2,18 @@
 
 use super::lower::{Result, not_one, not_zero};
 use super::schema;
+use super::schema_light;
 use super::source_spans::At;
 use super::tree::{Source, quoted};
 use crate::environment_map::{MAP_FORMATS, names_map, read_map};
-use crate::scene::{Environment, Falloff, Layers, Light, Lit, Material, Model, SceneBuilder};
+use crate::scene::{Environment, Layers, Light, Lit, Material, Model, SceneBuilder};
 use crate::{Folder, ImportReport, LoadError, LoadOptions};
-use glam::DVec3;
 use lanecast_light::sky::sky as clear_sky;
 
 /// Adds the environment, and the sun of a sky.
 pub(super) fn environment(
     source: &Source,
-    row: &At<schema::Environment>,
+    row: &At<schema_light::Environment>,
     (options, report): (&LoadOptions, &mut ImportReport),
     scene: &mut SceneBuilder,
 ) -> Result<()> {
@@ -131,76 +131,6 @@ pub(super) fn group(
         scene.light_group(&name.value, lit);
     }
     Ok(())
-}
-
-pub(super) fn light(source: &Source, row: &At<schema::Light>) -> Result<Light> {
-    let light = &row.value;
-    let given = [
-        ("point", light.point.is_some()),
-        ("spot", light.spot.is_some()),
-        ("directional", light.directional.is_some()),
-        ("rectangle", light.rectangle.is_some()),
-        ("disc", light.disc.is_some()),
-    ];
-    if given.iter().filter(|(_, is)| *is).count() != 1 {
-        return Err(not_one(source, row.at, "a light", &given));
-    }
-    if let Some(lamp) = &light.point {
-        return Ok(Light::Point {
-            position: DVec3::from_array(lamp.position),
-            intensity: lamp.intensity,
-            falloff: match lamp.falloff {
-                Some(schema::Falloff::InverseSquare) | None => Falloff::InverseSquare,
-                Some(schema::Falloff::None) => Falloff::None,
-            },
-            radius: lamp.radius.unwrap_or(0.0),
-        });
-    }
-    if let Some(lamp) = &light.spot {
-        return Ok(Light::Spot {
-            position: DVec3::from_array(lamp.position),
-            direction: not_zero(source, "direction", &lamp.direction)?,
-            intensity: lamp.intensity,
-            inner: half_angle(lamp.full.unwrap_or(0.0)),
-            outer: half_angle(lamp.angle),
-            radius: lamp.radius.unwrap_or(0.0),
-        });
-    }
-    if let Some(panel) = &light.rectangle {
-        return Ok(Light::Rectangle {
-            center: DVec3::from_array(panel.center),
-            edges: [panel.edge_u, panel.edge_v].map(DVec3::from_array),
-            radiance: panel.radiance,
-            two_sided: panel.two_sided.unwrap_or(false),
-        });
-    }
-    if let Some(disc) = &light.disc {
-        let radius = disc.radius.value;
-        if !(radius > 0.0 && radius.is_finite()) {
-            let message = format!("radius = {radius}; it must be greater than 0, and finite");
-            return Err(source.error(disc.radius.at, message));
-        }
-        return Ok(Light::Disc {
-            center: DVec3::from_array(disc.center),
-            normal: not_zero(source, "normal", &disc.normal)?,
-            radius,
-            radiance: disc.radiance,
-            two_sided: disc.two_sided.unwrap_or(false),
-        });
-    }
-    match &light.directional {
-        Some(sun) => Ok(Light::Directional {
-            direction: not_zero(source, "direction", &sun.direction)?,
-            irradiance: sun.irradiance,
-            angle: half_angle(sun.angle.unwrap_or(0.0)),
-        }),
-        None => Err(not_one(source, row.at, "a light", &given)),
-    }
-}
-
-/// Returns half of an angle in degrees, in radians.
-fn half_angle(degrees: f64) -> f64 {
-    degrees.to_radians() * 0.5
 }
 
 pub(super) fn material(source: &Source, row: &schema::Material) -> Result<Material> {

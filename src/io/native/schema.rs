@@ -8,6 +8,7 @@
 //! [`schema_polynomial`](super::schema_polynomial).
 
 use super::schema_camera::Cameras;
+use super::schema_light::{Environment, Light};
 use super::schema_polynomial::{Clip, Coefficients, Parameter, Superquadric, Torus};
 use super::schema_texture::{AlphaMode, Texture};
 use super::source_spans::At;
@@ -39,6 +40,8 @@ pub struct File {
     pub environment: Option<At<Environment>>,
     /// One camera, or cameras by name. Without any the scene gets a view that frames it.
     pub camera: Option<Cameras>,
+    /// How many seconds the motion takes, from time 0 to time 1, for `render --fps`; 1 if absent.
+    pub seconds: Option<At<f64>>,
     /// Without lights the scene gets a headlight.
     pub light: Option<Vec<At<Light>>>,
     /// Materials by name.
@@ -49,137 +52,6 @@ pub struct File {
     pub node: Option<Named<Node>>,
     /// The roots: what is seen in the world.
     pub instance: Option<Vec<At<Child>>>,
-}
-
-/// The radiance from all directions, which lights the scene and shows where a ray meets nothing,
-/// in place of the background: a picture, a clear sky, or one colour; exactly one of the three.
-///
-/// The picture is longitude by latitude, its top row the zenith, +y; its middle column shows
-/// what lies towards -z, and its right half what lies towards +x.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Environment {
-    /// A picture (.exr, .hdr, .png), relative to this file. Numbers are W/(sr·m²), linear Rec. 709;
-    /// of a .png those of sRGB, from 0 to 1.
-    pub file: Option<At<String>>,
-    /// A clear sky by day (Preetham 1999), and its sun as a light.
-    pub sky: Option<Sky>,
-    /// The same radiance from everywhere, in W/(sr·m²).
-    pub color: Option<At<Color>>,
-    /// Degrees to turn the picture about +y, counter-clockwise seen from above; 0 if absent.
-    pub rotation: Option<f64>,
-    /// A factor of the radiance, or one for each of red, green and blue, 0 or greater; 1 if
-    /// absent.
-    pub scale: Option<At<Scale>>,
-    /// The group of lights that it belongs to, with the background and the sun of a sky, for
-    /// `render --aov light_groups`; none if absent.
-    pub group: Option<At<String>>,
-}
-
-/// A clear sky, in W/(sr·m²): some hundred times brighter than a scene of ordinary numbers.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Sky {
-    /// The direction towards the sun, of any length but 0; on the horizon at least.
-    pub sun_direction: At<Triple>,
-    /// How hazy the air is, from 2 (very clear) to 10; 3 if absent.
-    pub turbidity: Option<f64>,
-    /// The colour of the ground below the horizon; 0.3 grey if absent.
-    pub ground: Option<Color>,
-}
-
-/// A light; exactly one kind.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Light {
-    pub point: Option<PointLight>,
-    pub spot: Option<SpotLight>,
-    pub directional: Option<DirectionalLight>,
-    pub rectangle: Option<RectangleLight>,
-    pub disc: Option<DiscLight>,
-    /// The group of lights that it belongs to, for `render --aov light_groups`: letters, digits,
-    /// - and _; none if absent.
-    pub group: Option<At<String>>,
-}
-
-/// A light that shines from one point to all sides.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct PointLight {
-    pub position: Triple,
-    /// W/sr; with `falloff = "none"` the irradiance at any distance, W/m².
-    pub intensity: Color,
-    /// How it fades with distance; `inverse_square` if absent.
-    pub falloff: Option<Falloff>,
-    /// Radius of a ball in place of the point, which softens shadows; 0 if absent.
-    pub radius: Option<f64>,
-}
-
-/// A light that shines from one point into a cone.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct SpotLight {
-    pub position: Triple,
-    /// The way the light travels along the cone's axis, of any length but 0.
-    pub direction: At<Triple>,
-    /// Along the axis, W/sr.
-    pub intensity: Color,
-    /// Degrees from one side of the lit cone to the other, up to 180.
-    pub angle: f64,
-    /// Degrees from side to side of the cone of full light; 0 if absent.
-    pub full: Option<f64>,
-    /// Radius of a ball in place of the point, which softens shadows; 0 if absent.
-    pub radius: Option<f64>,
-}
-
-/// How a point light fades with distance.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Falloff {
-    InverseSquare,
-    None,
-}
-
-/// A light from infinitely far away.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct DirectionalLight {
-    /// The way the light travels, of any length but 0.
-    pub direction: At<Triple>,
-    /// On a surface that faces it, W/m².
-    pub irradiance: Color,
-    /// Degrees across the light's disc in the sky, as 0.53 for the sun; 0 if absent.
-    pub angle: Option<f64>,
-}
-
-/// A rectangle that shines, and that is only seen mirrored.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct RectangleLight {
-    pub center: Triple,
-    /// A whole edge; the light shines along edge_u × edge_v.
-    pub edge_u: Triple,
-    /// The other whole edge, at a right angle to the first.
-    pub edge_v: Triple,
-    /// W/(sr·m²).
-    pub radiance: Color,
-    /// Shines on both sides; false if absent.
-    pub two_sided: Option<bool>,
-}
-
-/// A disc that shines, and that is only seen mirrored.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct DiscLight {
-    pub center: Triple,
-    /// The way it shines, of any length but 0.
-    pub normal: At<Triple>,
-    /// Greater than 0.
-    pub radius: At<f64>,
-    /// W/(sr·m²).
-    pub radiance: Color,
-    /// Shines on both sides; false if absent.
-    pub two_sided: Option<bool>,
 }
 
 /// A metallic-roughness material; every key may be absent.

@@ -104,6 +104,16 @@ impl SceneBuilder {
         LightId(self.tables.lights.len() as u32 - 1)
     }
 
+    /// Lets a light move through keys of its kind, of which the first is the light at time 0.
+    pub fn move_light(&mut self, light: LightId, keys: &[(f64, Light)]) {
+        self.tables.light_motions.push(light, keys);
+    }
+
+    /// Sets how many seconds the scene's motion takes.
+    pub fn motion_takes(&mut self, seconds: f64) {
+        self.tables.seconds = Seconds(seconds);
+    }
+
     /// Puts a light, what shines of a material, or the environment into a group of a name.
     pub fn light_group(&mut self, name: &str, lit: Lit) {
         self.tables.light_groups.put(name, lit);
@@ -136,12 +146,12 @@ impl SceneBuilder {
         id
     }
 
-    /// Sets the radiance where a ray meets nothing.
     /// Sets the radiance from all directions.
     pub fn environment(&mut self, map: Environment) {
         self.tables.environment = Some(map);
     }
 
+    /// Sets the radiance where a ray meets nothing.
     pub fn background(&mut self, radiance: Rgb) {
         self.tables.background = radiance;
     }

@@ -11,7 +11,7 @@ mod numbers;
 mod shapes;
 
 pub(super) use graph::at_time;
-pub(super) use looks::cameras_at_time;
+pub(super) use looks::{cameras_at_time, lights_at_time};
 
 use super::Tables;
 use super::csg_bounds::csg_bounds_of;

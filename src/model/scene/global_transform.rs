@@ -23,6 +23,11 @@ impl Scene {
         for light in &mut tables.lights {
             move_light(light, scale, offset);
         }
+        if !tables.light_motions.is_empty() {
+            for (_, light) in &mut tables.light_motions.keys {
+                move_light(light, scale, offset);
+            }
+        }
         for Camera {
             eye,
             projection,

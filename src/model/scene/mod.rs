@@ -22,6 +22,7 @@ mod hull;
 mod ids;
 mod instances;
 mod light_groups;
+mod light_motion;
 mod lights;
 mod materials;
 mod meshes;
@@ -38,6 +39,7 @@ mod studio;
 mod tables;
 mod texels;
 mod textures;
+mod timeline;
 mod transforms;
 mod vertex_attributes;
 mod watertight;
@@ -63,6 +65,7 @@ pub use instances::{
     Instance, InstanceTable, Instances, MAX_DEPTH, MAX_INSTANCES, MAX_LAID_OUT, Placement,
 };
 pub use light_groups::{LightGroups, Lit};
+pub use light_motion::LightMotions;
 pub use lights::{Environment, Falloff, Light};
 pub use materials::{Layers, Material, Materials, Model, Rgb};
 pub use meshes::far_center;
@@ -75,11 +78,12 @@ pub use shapes::{Shape, Shapes};
 pub use shared::Shared;
 pub use shutter::{Shutter, ShutterShape};
 pub use studio::studio;
-pub use tables::Tables;
+pub use tables::{Seconds, Tables};
 pub use texels::{Levels, linear_from_srgb};
 pub use textures::{
     Alpha, Image, Slot, Texels, TextureRef, TexturedMaterial, Textures, Texturing, Wrap,
 };
+pub use timeline::{Pace, Timeline};
 pub use transforms::Transforms;
 pub use vertex_attributes::{MeshAttributes, VertexAttributes};
 pub use watertight::{Leaks, check_closed};
@@ -106,7 +110,7 @@ pub struct Scene {
 
 impl Scene {
     /// Returns the scene at a time of its motion, from 0 to 1. The transforms that move, their
-    /// inverses, the meshes that deform and the cameras that move are computed again; the other tables stay, and of
+    /// inverses, the meshes that deform, and the lights and cameras that move are computed again; the other tables stay, and of
     /// those that a clone shares, the small ones are copied. Returns an error where paths become
     /// singular at that time, which single motions never do, or where a camera looks nowhere.
     pub fn at(mut self, time: f64) -> Result<Scene, SceneError> {
@@ -121,6 +125,15 @@ impl Scene {
                 ..
             } = Arc::make_mut(&mut self.tables);
             deformations.set_time(meshes, time);
+        }
+        if !self.light_motions.is_empty() {
+            let Tables {
+                light_motions,
+                lights,
+                ..
+            } = Arc::make_mut(&mut self.tables);
+            light_motions.set_time(lights, time);
+            check::lights_at_time(&self.tables)?;
         }
         if !self.cameras.motions.is_empty() {
             Arc::make_mut(&mut self.tables).cameras.set_time(time);
@@ -140,10 +153,11 @@ impl Scene {
         Ok(self)
     }
 
-    /// Says whether any transform, mesh or camera moves.
+    /// Says whether any transform, mesh, light or camera moves.
     pub fn moves(&self) -> bool {
         !self.transforms.motions.is_empty()
             || !self.deformations.is_empty()
+            || !self.light_motions.is_empty()
             || !self.cameras.motions.is_empty()
     }
 

@@ -4,6 +4,7 @@ use super::cameras::{Camera, Cameras};
 use super::csg_tables::CsgTables;
 use super::deformation::Deformations;
 use super::light_groups::LightGroups;
+use super::light_motion::LightMotions;
 use super::lights::{Environment, Light};
 use super::materials::{Materials, Rgb};
 use super::meshes::Meshes;
@@ -14,6 +15,16 @@ use super::shared::Shared;
 use super::textures::Textures;
 use super::transforms::Transforms;
 use crate::geom::kinds::for_each_kind;
+
+/// A length of time; one second unless a file says otherwise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seconds(pub f64);
+
+impl Default for Seconds {
+    fn default() -> Seconds {
+        Seconds(1.0)
+    }
+}
 
 macro_rules! tables {
     ($([$kind:ident $field:ident $table:ident $($rest:tt)*])*) => {
@@ -40,12 +51,16 @@ macro_rules! tables {
             /// Images, and the materials that they vary.
             pub textures: Shared<Textures>,
             pub lights: Vec<Light>,
+            /// The keys of the lights that move.
+            pub light_motions: Shared<LightMotions>,
             pub light_groups: LightGroups,
             pub cameras: Cameras,
             /// The radiance where a ray meets nothing.
             pub background: Rgb,
             /// The radiance from all directions, in place of the background.
             pub environment: Option<Environment>,
+            /// How many seconds the motion takes from time 0 to time 1; above 0.
+            pub seconds: Seconds,
         }
 
         impl Tables {
@@ -63,7 +78,7 @@ macro_rules! tables {
                     ("CSG solids", self.csg.bytes()),
                     ("materials", self.materials.bytes()),
                     ("textures", self.textures.bytes()),
-                    ("lights", self.lights.len() * size_of::<Light>()),
+                    ("lights", self.lights.len() * size_of::<Light>() + self.light_motions.bytes()),
                     ("cameras", self.cameras.rows.len() * size_of::<Camera>()),
                     ("environment", self.environment.as_ref().map_or(0, Environment::bytes)),
                 ]

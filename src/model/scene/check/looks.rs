@@ -117,100 +117,123 @@ pub(super) fn materials(scene: &Tables) -> Result<(), SceneError> {
 }
 
 pub(super) fn lights(scene: &Tables) -> Result<(), SceneError> {
-    for (i, light) in scene.lights.iter().enumerate() {
-        let what = || Entity::new(EntityKind::Light, i as u32, format!("light {i}"));
-        let directed = |direction: DVec3| {
-            finite3(what, "direction", direction)?;
-            if direction == DVec3::ZERO {
+    let motions = &scene.light_motions;
+    for (row, of) in motions.of.iter().enumerate() {
+        let what = || Entity::new(EntityKind::Light, of.0, format!("light {}", of.0));
+        let range = &motions.ranges[row];
+        let keys = &motions.keys[range.start as usize..range.end as usize];
+        let mut last = 0.0;
+        for (i, (at, light)) in keys.iter().enumerate() {
+            let in_order = if i == 0 { *at == 0.0 } else { *at > last };
+            let must = "above 0 and the key before, and at most 1";
+            let field = "at of a motion's key";
+            require(in_order && *at <= 1.0, what, field, *at, must)?;
+            last = *at;
+            one_light(of.index(), light)?;
+        }
+    }
+    lights_at_time(scene)
+}
+
+/// Checks lights as they are at a time.
+pub(in crate::scene) fn lights_at_time(scene: &Tables) -> Result<(), SceneError> {
+    let mut rows = scene.lights.iter().enumerate();
+    rows.try_for_each(|(i, light)| one_light(i, light))
+}
+
+fn one_light(i: usize, light: &Light) -> Result<(), SceneError> {
+    let what = || Entity::new(EntityKind::Light, i as u32, format!("light {i}"));
+    let directed = |direction: DVec3| {
+        finite3(what, "direction", direction)?;
+        if direction == DVec3::ZERO {
+            return Err(SceneError::Degenerate {
+                what: what(),
+                why: "its direction is (0, 0, 0)".into(),
+            });
+        }
+        Ok(())
+    };
+    let sized = |field, size: f64, most: f64, must| {
+        require(size >= 0.0 && size <= most, what, field, size, must)
+    };
+    let radius = |radius| sized("radius", radius, f64::MAX, "0 or greater, and finite");
+    let (name, power) = match light {
+        Light::Point {
+            position,
+            intensity,
+            radius: size,
+            ..
+        } => {
+            finite3(what, "position", *position)?;
+            radius(*size)?;
+            ("intensity", intensity)
+        }
+        Light::Spot {
+            position,
+            direction,
+            intensity,
+            inner,
+            outer,
+            radius: size,
+        } => {
+            finite3(what, "position", *position)?;
+            directed(*direction)?;
+            radius(*size)?;
+            sized("outer", *outer, FRAC_PI_2, "between 0 and 90 degrees")?;
+            sized("inner", *inner, *outer, "between 0 and the outer angle")?;
+            ("intensity", intensity)
+        }
+        Light::Directional {
+            direction,
+            irradiance,
+            angle,
+        } => {
+            directed(*direction)?;
+            sized("angle", *angle, FRAC_PI_2, "between 0 and 180 degrees")?;
+            ("irradiance", irradiance)
+        }
+        Light::Rectangle {
+            center,
+            edges: [u, v],
+            radiance,
+            ..
+        } => {
+            finite3(what, "center", *center)?;
+            finite3(what, "edge_u", *u)?;
+            finite3(what, "edge_v", *v)?;
+            let (size, slant) = (u.length() * v.length(), u.dot(*v).abs());
+            let wrong = match () {
+                () if !(size > 0.0 && size.is_finite()) => "it has no area that f64 can tell",
+                () if slant > 1e-6 * size => {
+                    "its edges are not at right angles; make them so, or use a polygon of an \
+                         emissive material"
+                }
+                () => "",
+            };
+            if !wrong.is_empty() {
                 return Err(SceneError::Degenerate {
                     what: what(),
-                    why: "its direction is (0, 0, 0)".into(),
+                    why: wrong.into(),
                 });
             }
-            Ok(())
-        };
-        let sized = |field, size: f64, most: f64, must| {
-            require(size >= 0.0 && size <= most, what, field, size, must)
-        };
-        let radius = |radius| sized("radius", radius, f64::MAX, "0 or greater, and finite");
-        let (name, power) = match light {
-            Light::Point {
-                position,
-                intensity,
-                radius: size,
-                ..
-            } => {
-                finite3(what, "position", *position)?;
-                radius(*size)?;
-                ("intensity", intensity)
-            }
-            Light::Spot {
-                position,
-                direction,
-                intensity,
-                inner,
-                outer,
-                radius: size,
-            } => {
-                finite3(what, "position", *position)?;
-                directed(*direction)?;
-                radius(*size)?;
-                sized("outer", *outer, FRAC_PI_2, "between 0 and 90 degrees")?;
-                sized("inner", *inner, *outer, "between 0 and the outer angle")?;
-                ("intensity", intensity)
-            }
-            Light::Directional {
-                direction,
-                irradiance,
-                angle,
-            } => {
-                directed(*direction)?;
-                sized("angle", *angle, FRAC_PI_2, "between 0 and 180 degrees")?;
-                ("irradiance", irradiance)
-            }
-            Light::Rectangle {
-                center,
-                edges: [u, v],
-                radiance,
-                ..
-            } => {
-                finite3(what, "center", *center)?;
-                finite3(what, "edge_u", *u)?;
-                finite3(what, "edge_v", *v)?;
-                let (size, slant) = (u.length() * v.length(), u.dot(*v).abs());
-                let wrong = match () {
-                    () if !(size > 0.0 && size.is_finite()) => "it has no area that f64 can tell",
-                    () if slant > 1e-6 * size => {
-                        "its edges are not at right angles; make them so, or use a polygon of an \
-                         emissive material"
-                    }
-                    () => "",
-                };
-                if !wrong.is_empty() {
-                    return Err(SceneError::Degenerate {
-                        what: what(),
-                        why: wrong.into(),
-                    });
-                }
-                ("radiance", radiance)
-            }
-            Light::Disc {
-                center,
-                normal,
-                radius: size,
-                radiance,
-                ..
-            } => {
-                finite3(what, "center", *center)?;
-                directed(*normal)?;
-                radius(*size)?;
-                ("radiance", radiance)
-            }
-        };
-        for v in power {
-            finite(what, name, &[f64::from(*v)])?;
-            require(*v >= 0.0, what, name, f64::from(*v), "0 or greater")?;
+            ("radiance", radiance)
         }
+        Light::Disc {
+            center,
+            normal,
+            radius: size,
+            radiance,
+            ..
+        } => {
+            finite3(what, "center", *center)?;
+            directed(*normal)?;
+            radius(*size)?;
+            ("radiance", radiance)
+        }
+    };
+    for v in power {
+        finite(what, name, &[f64::from(*v)])?;
+        require(*v >= 0.0, what, name, f64::from(*v), "0 or greater")?;
     }
     Ok(())
 }

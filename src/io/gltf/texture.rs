@@ -40,6 +40,8 @@ pub(super) struct Images<'f> {
     store: &'f mut ImageStore,
     /// By number of the image and use.
     known: HashMap<(usize, ImageUse), Result<Arc<Image>, String>>,
+    /// The first image that has no bytes for a reason.
+    without_bytes: HashMap<String, String>,
 }
 
 /// How a material refers to a texture.
@@ -95,6 +97,7 @@ impl<'f> Images<'f> {
             folder,
             store,
             known: HashMap::new(),
+            without_bytes: HashMap::new(),
         }
     }
 
@@ -171,7 +174,11 @@ impl<'f> Images<'f> {
         let found = match self.origin(number) {
             Ok(Origin::File(path)) => self.store.file(&path, used, &place),
             Ok(Origin::Bytes(bytes)) => self.store.bytes(&bytes, used, &place),
-            Err(why) => Err(BrokenImage { first: place, why }),
+            Err(why) => {
+                let first = self.without_bytes.entry(why.clone()).or_insert(place);
+                let first = first.clone();
+                Err(BrokenImage { first, why })
+            }
         };
         let found = found.map_err(|broken| broken.to_string());
         self.known.insert((number, used), found.clone());

@@ -247,6 +247,14 @@ fn images_that_are_broken_or_absent_are_left_out_with_a_reason() {
         warning,
         "not imported: 6 × texture (image 0: it is no PNG, JPEG or WebP file)"
     );
+    // So are images of one file that there is not.
+    let absent = json!({"uri": "no_such_file.png"});
+    set(&mut d, "/images", json!([absent, absent, absent]));
+    let warning = load(&d, &bin).unwrap().1.unwrap();
+    assert!(
+        warning.starts_with("not imported: 6 × texture (image 0: "),
+        "{warning}"
+    );
     let whole = png(&TEXELS, [2, 2], ExtendedColorType::Rgba8);
     for end in (40..whole.len()).step_by(4) {
         let mut d = good.clone();

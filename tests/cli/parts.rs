@@ -43,7 +43,7 @@ fn parts_of_textured_pictures_add_up_to_the_whole() {
                   f 1/1 2/2 3/3 4/4\n";
     fs::write(path.join("square.obj"), square).unwrap();
     let scene = "format = 1\n[material.m]\nbase_color_texture = { file = \"t.png\" }\n\
-                 [shape.square]\nmesh = { file = \"square.obj\" }\n\
+                 [shape.square]\nmesh = \"square.obj\"\n\
                  [[instance]]\nshape = \"square\"\nmaterial = \"m\"\n";
     fs::write(path.join("s.toml"), scene).unwrap();
     let whole = "render s.toml --size 21x13 --spp 16 -o whole.exr";

@@ -53,6 +53,12 @@ pub fn load(
 ) -> Result<Scene, CliError> {
     let scene = match path {
         Some(path) => scene::load(path, options)?,
+        None if options.variant.is_some() => {
+            return Err(CliError::Usage(
+                "--variant is of a glTF file, and no scene is named; name one, or leave it out"
+                    .into(),
+            ));
+        }
         None => builtin().map_err(|e| CliError::Usage(e.to_string()))?,
     };
     stats.stages.push(watch.stage("load"));

@@ -69,6 +69,7 @@ pub use shared::srgb::{SrgbEncoder, linear_from_srgb};
 pub use shared::view_transform::{Bits, Development, Tone};
 
 use crate::scene::{Edge, MeshData, Scene, SceneBuilder, SceneError};
+use shared::images::ImageStore;
 use std::path::{Path, PathBuf};
 
 /// A checked scene, and a warning about what its file has and the scene has not.
@@ -141,6 +142,7 @@ fn import(
             remedy: Some("leave it out; the motion of other scenes needs no name".into()),
         });
     }
+    let images = &mut ImageStore::default();
     let native = |syntax, scene, report| native::import(path, syntax, options, scene, report);
     if options.variant.is_some() && !matches!(&*extension(path), "gltf" | "glb") {
         return Err(LoadError::Unsupported {
@@ -155,8 +157,8 @@ fn import(
         "nff" => nff::import(path, scene, report),
         "csg" => scad::import(path, options, scene, report),
         "scad" => scad::import_program(path, options, scene, report),
-        "gltf" | "glb" => gltf::import(path, options, scene, report),
-        "obj" => obj::import(path, options, scene, report),
+        "gltf" | "glb" => gltf::import(path, options, images, scene, report),
+        "obj" => obj::import(path, options, images, scene, report),
         "ply" => ply::read(path, report).map(|file| {
             let mesh = file.add_materials(scene);
             add_mesh_instance(scene, &mesh);

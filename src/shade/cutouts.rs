@@ -169,10 +169,12 @@ fn is_there(scene: &Tables, material: Option<MaterialId>, place: &Place) -> bool
     let Some((id, row)) = row else {
         return true;
     };
+    let opacity = scene.materials.rows[id.index()].layers.opacity;
     let least = match row.texturing.alpha {
         Alpha::Opaque => return true,
+        Alpha::Mask(_) if opacity < 0.5 => return false,
         Alpha::Mask(cutoff) => cutoff,
-        Alpha::Blend => 0.5 / scene.materials.rows[id.index()].layers.opacity,
+        Alpha::Blend => 0.5 / opacity,
     };
     let [.., alpha] = colored(scene, &row, [0.0; 3], (place, Footprint::POINT));
     alpha >= least

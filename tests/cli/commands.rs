@@ -241,6 +241,10 @@ fn wrong_arguments() {
             "points nowhere",
         ),
         (vec!["export", "x.toml"], "--pov <FILE>"),
+        (
+            vec!["render", "--variant", "x"],
+            "--variant is of a glTF file, and no scene is named",
+        ),
         (vec!["bench"], "required"),
         (vec!["bench", "--mesh", "a.msh"], "required"),
         (

@@ -14,6 +14,7 @@ mod pictures;
 mod sampling;
 mod smooth;
 mod textured;
+mod textured_files;
 
 #[global_allocator]
 static ALLOCATOR: allocations::Counting = allocations::Counting;

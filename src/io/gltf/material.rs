@@ -11,7 +11,9 @@ use super::variant::material_in;
 use crate::scene::{
     Alpha, Layers, Material, MaterialId, Model, Rgb, SceneBuilder, Slot, TextureRef, Texturing,
 };
+use crate::shared::images::ImageStore;
 use crate::shared::messages::one_line;
+use crate::shared::texels::ImageUse;
 use crate::{Folder, ImportReport, LoadError};
 use gltf::json::material::AlphaMode;
 use gltf::json::mesh::Semantic;
@@ -44,12 +46,12 @@ pub(super) struct Materials {
 /// wrong type.
 pub(super) fn import(
     file: &File,
-    folder: &Folder,
+    (folder, store): (&Folder, &mut ImageStore),
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
 ) -> Result<Materials, LoadError> {
     let (colored, unnamed_colored) = with_vertex_colors(file);
-    let mut images = Images::new(file, folder);
+    let mut images = Images::new(file, folder, store);
     let mut rows = Vec::with_capacity(file.root.materials.len());
     for (row, source) in file.root.materials.iter().enumerate() {
         let name = one_line(source.name.as_deref().unwrap_or_default());
@@ -64,7 +66,9 @@ pub(super) fn import(
             report.add("index of refraction 0");
         }
         let json = file.sources.materials.get(row).unwrap_or(&Value::Null);
-        let mut textured = textures(json, &mut images, scene, report);
+        // What an invalid mode means nobody knows; it is counted below.
+        let is_opaque = source.alpha_mode == Checked::Valid(AlphaMode::Opaque);
+        let mut textured = textures(json, is_opaque, &mut images, scene, report);
         // Nothing is scaled that is 0.
         textured
             .refs
@@ -224,9 +228,10 @@ fn number(json: &Value, place: &str) -> Option<f32> {
     number.map(|x| x as f32).filter(|x| x.is_finite())
 }
 
-/// Reads the textures of a material.
+/// Reads the textures of a material, which alpha does nothing to if it is opaque.
 fn textures(
     json: &Value,
+    is_opaque: bool,
     images: &mut Images,
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
@@ -239,7 +244,12 @@ fn textures(
         let Some(info) = json.pointer(place) else {
             continue;
         };
-        if let Some((texture, has_alpha)) = images.read(info, slot, scene, report) {
+        let used = match slot {
+            Slot::BaseColor if !is_opaque => ImageUse::ColorAndAlpha,
+            slot if slot.is_color() => ImageUse::Color,
+            _ => ImageUse::Numbers,
+        };
+        if let Some((texture, has_alpha)) = images.read(info, used, scene, report) {
             all.refs.push((slot, texture));
             all.has_alpha |= slot == Slot::BaseColor && has_alpha;
         }

@@ -30,6 +30,7 @@ mod texture;
 mod variant;
 
 use crate::scene::SceneBuilder;
+use crate::shared::images::ImageStore;
 use crate::shared::messages::one_line;
 use crate::{Folder, ImportReport, LoadError, LoadOptions};
 use buffers::Buffers;
@@ -90,6 +91,7 @@ impl File<'_> {
 pub(super) fn import(
     path: &Path,
     options: &LoadOptions,
+    images: &mut ImageStore,
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
 ) -> Result<(), LoadError> {
@@ -119,7 +121,7 @@ pub(super) fn import(
         report.add_many(what, count);
     }
     left_out(&file.root, report);
-    let materials = material::import(&file, &folder, scene, report)?;
+    let materials = material::import(&file, (&folder, images), scene, report)?;
     let asked = options.animation.as_ref();
     let animation = match asked {
         Some(asked) => animation::import(&file, &animations, asked, &placements, report)?,

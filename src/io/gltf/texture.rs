@@ -1,20 +1,24 @@
 //! Textures: images of files, data URIs and views, with their samplers and transforms.
 //!
 //! What is malformed or of another kind is left out and counted with the reason, for geometry
-//! does not depend on it. An image is decoded where a material asks for it first, once for
-//! colours and once for other numbers; equal bytes are one image.
+//! does not depend on it. An image is decoded where a material asks for it first, once for each
+//! use; equal files are one image.
 
 use super::File;
 use super::accessor::view_bytes;
 use super::buffers::{data_uri, file_name};
-use crate::scene::{ImageId, SceneBuilder, Slot, TextureRef, Wrap};
+use crate::scene::{Image, SceneBuilder, TextureRef, Wrap};
+use crate::shared::images::{BrokenImage, ImageStore};
 use crate::shared::messages::one_line;
-use crate::shared::texels::{self, Decoded, texture_transform};
+use crate::shared::texels::{ImageUse, texture_transform};
 use crate::{Folder, ImportReport};
 use gltf::json::Index;
 use serde::Deserialize;
 use serde_json::Value;
+use std::borrow::Cow;
 use std::collections::HashMap;
+use std::path::PathBuf;
+use std::sync::Arc;
 
 /// The lists of a document that textures are made of, and its materials as they are written.
 #[derive(Default, Deserialize)]
@@ -26,24 +30,18 @@ pub(super) struct Sources {
     samplers: Vec<Value>,
 }
 
-/// Texels of all images together; four bytes each, and a third more for smaller levels.
-const MOST_TEXELS: u64 = 1 << 30;
-
 /// A material's sets of texture coordinates are at most these; more are hardly ever read.
 pub(super) const MOST_SETS: u8 = 8;
-
-/// The bytes of an image's file, and whether it holds colours.
-type ImageKey = (Vec<u8>, bool);
 
 /// The images read so far.
 pub(super) struct Images<'f> {
     file: &'f File<'f>,
     folder: &'f Folder,
-    /// By number of the image, and whether it holds colours.
-    known: HashMap<(usize, bool), Option<(ImageId, bool)>>,
-    /// By the bytes of image files.
-    same: HashMap<ImageKey, Option<(ImageId, bool)>>,
-    texels: u64,
+    store: &'f mut ImageStore,
+    /// By number of the image and use.
+    known: HashMap<(usize, ImageUse), Result<Arc<Image>, String>>,
+    /// The first image that has no bytes for a reason.
+    without_bytes: HashMap<String, String>,
 }
 
 /// How a material refers to a texture.
@@ -93,13 +91,13 @@ struct Sampler {
 }
 
 impl<'f> Images<'f> {
-    pub fn new(file: &'f File<'f>, folder: &'f Folder) -> Images<'f> {
+    pub fn new(file: &'f File<'f>, folder: &'f Folder, store: &'f mut ImageStore) -> Images<'f> {
         Images {
             file,
             folder,
+            store,
             known: HashMap::new(),
-            same: HashMap::new(),
-            texels: 0,
+            without_bytes: HashMap::new(),
         }
     }
 
@@ -108,11 +106,11 @@ impl<'f> Images<'f> {
     pub fn read(
         &mut self,
         info: &Value,
-        slot: Slot,
+        used: ImageUse,
         scene: &mut SceneBuilder,
         report: &mut ImportReport,
     ) -> Option<(TextureRef, bool)> {
-        match self.texture(info, slot, scene) {
+        match self.texture(info, used, scene, report) {
             Ok(found) => Some(found),
             Err(why) => {
                 report.add(&format!("texture ({why})"));
@@ -124,8 +122,9 @@ impl<'f> Images<'f> {
     fn texture(
         &mut self,
         info: &Value,
-        slot: Slot,
+        used: ImageUse,
         scene: &mut SceneBuilder,
+        report: &mut ImportReport,
     ) -> Result<(TextureRef, bool), String> {
         let sources = &self.file.sources;
         let info = Info::deserialize(info).map_err(|e| one_line(&e.to_string()))?;
@@ -137,8 +136,12 @@ impl<'f> Images<'f> {
         let webp = texture.pointer("/extensions/EXT_texture_webp/source");
         let image = number(webp).or(number(texture.get("source")));
         let image = image.ok_or("texture of an unknown kind of image")? as usize;
-        let (image, has_alpha) = self.image(image, slot.is_color(), scene)?;
-        let sampler = number(texture.get("sampler")).and_then(|i| sources.samplers.get(i as usize));
+        let image = self.image(image, used)?;
+        let named = texture.get("sampler").filter(|named| !named.is_null());
+        let sampler = number(named).and_then(|i| sources.samplers.get(i as usize));
+        if named.is_some() && sampler.is_none() {
+            report.add("sampler that the file does not have");
+        }
         let sampler = sampler.map_or(Ok(Sampler::default()), Sampler::deserialize);
         let sampler = sampler.map_err(|e| one_line(&e.to_string()))?;
         let wrap = |code| match code {
@@ -151,8 +154,9 @@ impl<'f> Images<'f> {
         if set >= u32::from(MOST_SETS) {
             return Err(format!("texture coordinates {set}"));
         }
+        let has_alpha = image.channels.is_multiple_of(2);
         let found = TextureRef {
-            image,
+            image: scene.shared_image(image),
             uv_set: set as u8,
             wrap: [wrap(sampler.wrap_s), wrap(sampler.wrap_t)],
             nearest: sampler.mag_filter == Some(9728),
@@ -161,50 +165,28 @@ impl<'f> Images<'f> {
         Ok((found, has_alpha))
     }
 
-    /// Reads an image, and says whether it has alpha.
-    fn image(
-        &mut self,
-        number: usize,
-        is_color: bool,
-        scene: &mut SceneBuilder,
-    ) -> Result<(ImageId, bool), String> {
-        let failed = || format!("image {number}, as before");
-        if let Some(known) = self.known.get(&(number, is_color)) {
-            return known.ok_or_else(failed);
+    /// Returns an image. Fails with the place that was the first to need it, and what is wrong.
+    fn image(&mut self, number: usize, used: ImageUse) -> Result<Arc<Image>, String> {
+        if let Some(known) = self.known.get(&(number, used)) {
+            return known.clone();
         }
-        // What is found out is remembered, so that a broken image is decoded once.
-        self.known.insert((number, is_color), None);
-        let bytes = self
-            .bytes(number)
-            .map_err(|why| format!("image {number}: {why}"))?;
-        let key = (bytes, is_color);
-        if let Some(same) = self.same.get(&key) {
-            self.known.insert((number, is_color), *same);
-            return same.ok_or_else(failed);
-        }
-        let decoded = self.decode(&key.0, is_color);
-        let found = decoded.map(|image| {
-            let has_alpha = image.has_alpha();
-            let id = scene.image(image.texels, image.channels, is_color, image.size);
-            (id, has_alpha)
-        });
-        self.same.insert(key, found.as_ref().ok().copied());
-        self.known
-            .insert((number, is_color), found.as_ref().ok().copied());
-        found.map_err(|why| format!("image {number}: {why}"))
+        let place = format!("image {number}");
+        let found = match self.origin(number) {
+            Ok(Origin::File(path)) => self.store.file(&path, used, &place),
+            Ok(Origin::Bytes(bytes)) => self.store.bytes(&bytes, used, &place),
+            Err(why) => {
+                let first = self.without_bytes.entry(why.clone()).or_insert(place);
+                let first = first.clone();
+                Err(BrokenImage { first, why })
+            }
+        };
+        let found = found.map_err(|broken| broken.to_string());
+        self.known.insert((number, used), found.clone());
+        found
     }
 
-    fn decode(&mut self, bytes: &[u8], is_color: bool) -> Result<Decoded, String> {
-        let image = texels::decode(bytes, is_color).map_err(|why| one_line(&why))?;
-        self.texels += u64::from(image.size[0]) * u64::from(image.size[1]);
-        match self.texels <= MOST_TEXELS {
-            true => Ok(image),
-            false => Err("all images have more than 2^30 texels".into()),
-        }
-    }
-
-    /// Returns the bytes of an image's file.
-    fn bytes(&self, number: usize) -> Result<Vec<u8>, String> {
+    /// Returns where an image's bytes are.
+    fn origin(&self, number: usize) -> Result<Origin<'f>, String> {
         #[derive(Deserialize)]
         #[serde(rename_all = "camelCase")]
         struct Source {
@@ -218,21 +200,28 @@ impl<'f> Images<'f> {
         let source = Source::deserialize(source).map_err(|e| one_line(&e.to_string()))?;
         match (source.uri, source.buffer_view) {
             (Some(uri), _) => match uri.strip_prefix("data:") {
-                Some(data) => data_uri(data),
+                Some(data) => Ok(Origin::Bytes(data_uri(data)?.into())),
                 None => {
-                    let read = self.folder.read(&file_name(&uri)?);
-                    read.map_err(|e| one_line(&e.to_string()))
+                    let found = self.folder.resolve(&file_name(&uri)?);
+                    found
+                        .map(Origin::File)
+                        .map_err(|e| one_line(&e.to_string()))
                 }
             },
             (None, Some(view)) => {
                 let bytes = view_bytes(self.file, Index::new(view), "image");
-                bytes
-                    .map(<[u8]>::to_vec)
-                    .map_err(|e| one_line(&e.to_string()))
+                let bytes = bytes.map_err(|e| one_line(&e.to_string()))?;
+                Ok(Origin::Bytes(bytes.into()))
             }
             _ => Err("it has neither a uri nor a bufferView".into()),
         }
     }
+}
+
+/// Where the bytes of an image are.
+enum Origin<'f> {
+    File(PathBuf),
+    Bytes(Cow<'f, [u8]>),
 }
 
 impl Transform {

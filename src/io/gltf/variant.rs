@@ -17,18 +17,14 @@ pub(super) fn pick(path: &Path, root: &Root, name: Option<&str>) -> Result<Optio
     };
     let extensions = root.extensions.as_ref();
     let listed = extensions.and_then(|all| all.others.get(NAME)?.get("variants")?.as_array());
-    let names: Vec<&str> = listed
-        .into_iter()
-        .flatten()
-        .map(|variant| {
-            variant
-                .get("name")
-                .and_then(Value::as_str)
-                .unwrap_or_default()
-        })
+    let listed = listed.into_iter().flatten();
+    // One without a name is none that can be asked for.
+    let names: Vec<Option<&str>> = listed
+        .map(|variant| variant.get("name").and_then(Value::as_str))
         .collect();
-    let found = names.iter().position(|known| *known == name);
+    let found = names.iter().position(|known| *known == Some(name));
     found.map(|number| Some(number as u64)).ok_or_else(|| {
+        let names: Vec<&str> = names.into_iter().flatten().collect();
         let known = match names.is_empty() {
             true => "the file has no variants".into(),
             false => format!("known are {}", one_line(&names.join(", "))),

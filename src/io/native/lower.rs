@@ -127,7 +127,7 @@ pub(super) fn lower(
     let Named(rows) = file.shape.unwrap_or_default();
     let mut shapes: HashMap<String, ShapeId> = HashMap::with_capacity(rows.len());
     let mut csg_solids = Vec::new();
-    let mut files = lower_shape::MeshFiles::new(source, options);
+    let mut files = lower_shape::MeshFiles::new(source, options, images.into_store());
     for (name, row) in rows {
         let id = lower_shape::shape(
             source,

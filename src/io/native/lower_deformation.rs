@@ -12,7 +12,7 @@ pub(super) fn mesh(
     source: &Source,
     name: &str,
     (file, motion, open): (&At<String>, &At<Vec<At<MeshKey>>>, bool),
-    files: &MeshFiles,
+    files: &mut MeshFiles,
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
 ) -> Result<ShapeId, LoadError> {

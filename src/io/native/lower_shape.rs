@@ -8,6 +8,7 @@ use super::tree::{Source, quoted};
 use super::{lower_deformation, lower_polynomial};
 use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Prism, Quadric, Sphere, hull};
 use crate::scene::{MeshData, MeshId, SceneBuilder, Shape, ShapeId};
+use crate::shared::images::ImageStore;
 use crate::shared::merge_meshes::{MESH_FORMATS, import_with_materials, names_mesh};
 use crate::{Folder, ImportReport, LoadError, LoadOptions};
 use glam::{DVec2, DVec3};
@@ -19,6 +20,7 @@ use std::path::PathBuf;
 pub(super) struct MeshFiles {
     folder: Folder,
     options: LoadOptions,
+    images: ImageStore,
     known: HashMap<PathBuf, [Option<MeshId>; 2]>,
 }
 
@@ -50,18 +52,19 @@ impl MeshFiles {
 
     /// Reads a file apart from all others.
     pub(super) fn read(
-        &self,
+        &mut self,
         source: &Source,
         file: &At<String>,
         scene: &mut SceneBuilder,
         report: &mut ImportReport,
     ) -> Result<MeshData, LoadError> {
         let path = self.path(source, file)?;
-        import_with_materials(&path, &self.options, scene, report)
+        import_with_materials(&path, &self.options, &mut self.images, scene, report)
     }
 
-    pub(super) fn new(source: &Source, options: &LoadOptions) -> MeshFiles {
+    pub(super) fn new(source: &Source, options: &LoadOptions, images: ImageStore) -> MeshFiles {
         MeshFiles {
+            images,
             folder: Folder::new(source.path, options),
             options: options.clone(),
             known: HashMap::new(),
@@ -247,7 +250,7 @@ fn mesh(
     if let Some(mesh) = known {
         return Ok(scene.mesh_again(name, mesh));
     }
-    let mut data = import_with_materials(&path, &files.options, scene, report)?;
+    let mut data = import_with_materials(&path, &files.options, &mut files.images, scene, report)?;
     data.open |= open;
     let shape = scene.mesh(name, &data);
     if let Shape::Mesh(mesh) = scene.tables().shapes.row(shape) {

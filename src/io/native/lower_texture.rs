@@ -3,26 +3,28 @@
 use super::schema;
 use super::schema_texture::{AlphaMode, Filter, Texture, Wrap};
 use super::tree::{Source, quoted};
-use crate::scene::{self, Alpha, ImageId, MaterialId, SceneBuilder, Slot, TextureRef, Texturing};
-use crate::shared::folder::read_file;
-use crate::shared::messages::one_line;
-use crate::shared::texels::{decode, texture_transform};
+use crate::scene::{self, Alpha, MaterialId, SceneBuilder, Slot, TextureRef, Texturing};
+use crate::shared::images::ImageStore;
+use crate::shared::texels::{ImageUse, texture_transform};
 use crate::{Folder, LoadError, LoadOptions};
-use std::collections::HashMap;
-use std::path::PathBuf;
 
-/// The images read so far, by file and use.
+/// The folder of the scene, and the images read so far.
 pub(super) struct ImageFiles {
     folder: Folder,
-    known: HashMap<(PathBuf, bool), ImageId>,
+    images: ImageStore,
 }
 
 impl ImageFiles {
     pub(super) fn new(source: &Source, options: &LoadOptions) -> ImageFiles {
         ImageFiles {
             folder: Folder::new(source.path, options),
-            known: HashMap::new(),
+            images: ImageStore::default(),
         }
+    }
+
+    /// Hands on the images, which mesh files may have, too.
+    pub(super) fn into_store(self) -> ImageStore {
+        self.images
     }
 }
 
@@ -46,13 +48,18 @@ pub(super) fn textures(
         return Ok(());
     }
     let mut refs = Vec::new();
-    for (slot, texture) in [
-        (Slot::BaseColor, &row.base_color_texture),
-        (Slot::MetallicRoughness, &row.metallic_roughness_texture),
-        (Slot::Emission, &row.emission_texture),
+    let colors = match row.alpha {
+        None => ImageUse::Color,
+        Some(_) => ImageUse::ColorAndAlpha,
+    };
+    let numbers = &row.metallic_roughness_texture;
+    for (slot, texture, used) in [
+        (Slot::BaseColor, &row.base_color_texture, colors),
+        (Slot::MetallicRoughness, numbers, ImageUse::Numbers),
+        (Slot::Emission, &row.emission_texture, ImageUse::Color),
     ] {
         if let Some(texture) = texture {
-            refs.push((slot, one(source, texture, slot, files, scene)?));
+            refs.push((slot, one(source, texture, used, files, scene)?));
         }
     }
     let cutoff = row.alpha_cutoff.unwrap_or(0.5);
@@ -72,7 +79,7 @@ pub(super) fn textures(
 fn one(
     source: &Source,
     texture: &Texture,
-    slot: Slot,
+    used: ImageUse,
     files: &mut ImageFiles,
     scene: &mut SceneBuilder,
 ) -> Result<TextureRef, LoadError> {
@@ -88,20 +95,8 @@ fn one(
             LoadError::Read { source: why, .. } => failed(why.to_string()),
             other => other,
         })?;
-    let key = (path, slot.is_color());
-    let image = match files.known.get(&key) {
-        Some(known) => *known,
-        None => {
-            let bytes = read_file(&key.0).map_err(|e| match e {
-                LoadError::Read { source: why, .. } => failed(why.to_string()),
-                other => other,
-            })?;
-            let image = decode(&bytes, key.1).map_err(|why| failed(one_line(&why)))?;
-            let id = scene.image(image.texels, image.channels, key.1, image.size);
-            files.known.insert(key, id);
-            id
-        }
-    };
+    let found = files.images.file(&path, used, &texture.file.value);
+    let image = scene.shared_image(found.map_err(|broken| failed(broken.why))?);
     let wrap = match texture.wrap {
         None | Some(Wrap::Repeat) => scene::Wrap::Repeat,
         Some(Wrap::Mirror) => scene::Wrap::Mirror,

@@ -1,12 +1,11 @@
 //! Images of MTL materials.
 
-use crate::scene::{Alpha, ImageId, Material, Model, Slot, Texels, TextureRef, Texturing, Wrap};
-use crate::shared::folder::read_file;
-use crate::shared::mesh_file::{FileImage, MeshFile};
+use crate::scene::{Alpha, ImageId, Material, Model, Slot, TextureRef, Texturing, Wrap};
+use crate::shared::images::ImageStore;
+use crate::shared::mesh_file::MeshFile;
 use crate::shared::messages::one_line;
-use crate::shared::texels::{Decoded, decode};
+use crate::shared::texels::ImageUse;
 use crate::{Folder, ImportReport};
-use std::collections::HashMap;
 use std::path::PathBuf;
 
 /// An image as a statement names it.
@@ -28,9 +27,6 @@ pub(super) struct MtlMaterial {
     /// Whether its colour is the default one, for the file has none or black beside an image.
     pub is_uncolored: bool,
 }
-
-/// The images read so far, by file and whether they are colours; `None` for those that are broken.
-pub(super) type Images = HashMap<(PathBuf, bool), Option<ImageId>>;
 
 impl Map {
     /// Reads a statement: options, of which `-s`, `-o` and `-clamp` count, and a file name, which
@@ -119,32 +115,28 @@ impl MtlMaterial {
         mut self,
         row: usize,
         file: &mut MeshFile,
-        images: &mut Images,
+        images: &mut ImageStore,
         report: &mut ImportReport,
     ) -> Material {
         let mut refs = Vec::new();
         let mut texturing = Texturing::default();
         for map in &self.maps {
-            let found = map.file.clone().and_then(|path| {
-                let key = (path, map.slot.is_color());
-                if let Some(known) = images.get(&key) {
-                    return known.ok_or_else(|| "as before".into());
-                }
-                let read = read_image(&key.0, map.slot);
-                let read = read.map(|it| {
-                    file.images.push(FileImage {
-                        texels: it.texels,
-                        channels: it.channels,
-                        is_srgb: map.slot.is_color(),
-                        size: it.size,
-                    });
-                    ImageId(file.images.len() as u32 - 1)
-                });
-                images.insert(key, read.as_ref().ok().copied());
-                read
+            // Alpha of the colour's image does not count.
+            let used = match map.slot {
+                Slot::Opacity => ImageUse::Opacity,
+                _ => ImageUse::Color,
+            };
+            let found = map.file.as_ref().map_err(String::clone).and_then(|path| {
+                let name = path.file_name().unwrap_or_default().to_string_lossy();
+                let found = images.file(path, used, &one_line(&name));
+                found.map_err(|broken| broken.to_string())
             });
             match found {
-                Ok(image) => refs.push((map.slot, map.texture(image))),
+                Ok(image) => {
+                    let id = ImageId(file.images.len() as u32);
+                    file.images.push(image);
+                    refs.push((map.slot, map.texture(id)));
+                }
                 Err(why) => report.add(&format!("texture ({why})")),
             }
         }
@@ -167,30 +159,4 @@ impl MtlMaterial {
         }
         self.material
     }
-}
-
-/// Reads an image: of a colour without its alpha, of opacity the alpha if it has any.
-fn read_image(path: &std::path::Path, slot: Slot) -> Result<Decoded, String> {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let failed = |why: String| format!("{}: {}", one_line(&name), one_line(&why));
-    let bytes = read_file(path).map_err(|e| failed(e.to_string()))?;
-    let mut image = decode(&bytes, slot.is_color()).map_err(failed)?;
-    let per = usize::from(image.channels);
-    if !image.has_alpha() {
-        return Ok(image);
-    }
-    fn picked<T: Copy>(all: &[T], per: usize, colors: bool) -> Vec<T> {
-        let some = if colors { 0..per - 1 } else { per - 1..per };
-        let texels = all.chunks_exact(per);
-        texels
-            .flat_map(|texel| texel[some.clone()].to_vec())
-            .collect()
-    }
-    let colors = slot.is_color();
-    image.texels = match &image.texels {
-        Texels::Bytes(all) => Texels::Bytes(picked(all, per, colors)),
-        Texels::Words(all) => Texels::Words(picked(all, per, colors)),
-    };
-    image.channels = if colors { image.channels - 1 } else { 1 };
-    Ok(image)
 }

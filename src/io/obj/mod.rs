@@ -16,6 +16,7 @@ mod mtl;
 
 use crate::scene::SceneBuilder;
 use crate::shared::folder::read_file;
+use crate::shared::images::ImageStore;
 use crate::shared::mesh_cleanup::repair_normals;
 use crate::shared::mesh_file::MeshFile;
 use crate::shared::messages::one_line;
@@ -32,10 +33,11 @@ use std::path::{Path, PathBuf};
 pub(super) fn import(
     path: &Path,
     options: &LoadOptions,
+    images: &mut ImageStore,
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
 ) -> Result<(), LoadError> {
-    let mesh = read(path, options, report)?.add_materials(scene);
+    let mesh = read(path, options, images, report)?.add_materials(scene);
     add_mesh_instance(scene, &mesh);
     Ok(())
 }
@@ -64,6 +66,7 @@ struct Lines {
 pub(super) fn read(
     path: &Path,
     options: &LoadOptions,
+    images: &mut ImageStore,
     report: &mut ImportReport,
 ) -> Result<MeshFile, LoadError> {
     let bytes = read_file(path)?;
@@ -71,7 +74,8 @@ pub(super) fn read(
     let lines = scan(path, &text, report)?;
     let folder = Folder::new(path, options);
     let materials = libraries(&folder, &lines.libraries, report)?;
-    join(path, lines, (materials, options.keeps_uvs), report)
+    let keeps_uvs = options.keeps_uvs;
+    join(path, lines, (materials, images, keeps_uvs), report)
 }
 
 /// Splits a file into lines, numbered from 1, and joins continued ones (with a `\` at the
@@ -251,12 +255,10 @@ fn corner(path: &Path, line: (usize, &str), word: &str, all: &Lines) -> Result<C
         let number: i64 = part
             .parse()
             .map_err(|_| wrong(format!("'{}' is not a {what} number", one_line(part))))?;
-        let row = match number {
-            0 => return Err(wrong(format!("{what} numbers count from 1, not 0"))),
-            1.. => number - 1,
-            _ => count as i64 + number,
-        };
-        u32::try_from(row).map_err(|_| {
+        if number == 0 {
+            return Err(wrong(format!("{what} numbers count from 1, not 0")));
+        }
+        from_first(number, count).ok_or_else(|| {
             wrong(format!(
                 "there is no {what} {number}: {count} are defined before this line"
             ))
@@ -274,8 +276,19 @@ fn corner(path: &Path, line: (usize, &str), word: &str, all: &Lines) -> Result<C
         Some(part) => Some(row(part, "normal", all.normals.len())?),
     };
     // A file may refer to what it does not have, for nothing has to use it.
-    let uv = row(uv, "texture coordinate", all.uvs.len()).ok();
+    let uv = uv.parse().ok();
+    let uv = uv.and_then(|number| from_first(number, all.uvs.len()));
     Ok((position, normal, uv))
+}
+
+/// Returns the row that a number means when there are `count` rows, if there may be one.
+fn from_first(number: i64, count: usize) -> Option<u32> {
+    let row = match number {
+        0 => return None,
+        1.. => number - 1,
+        _ => count as i64 + number,
+    };
+    u32::try_from(row).ok()
 }
 
 /// Reads the materials of the libraries that exist, `None` for invisible ones. Missing libraries are counted and no
@@ -328,7 +341,7 @@ fn resolve(folder: &Folder, name: &str) -> Result<(PathBuf, bool), LoadError> {
 fn join(
     path: &Path,
     mut lines: Lines,
-    (mut known, keeps_uvs): (HashMap<String, Option<MtlMaterial>>, bool),
+    (mut known, images, keeps_uvs): (HashMap<String, Option<MtlMaterial>>, &mut ImageStore, bool),
     report: &mut ImportReport,
 ) -> Result<MeshFile, LoadError> {
     let normal_of = |corner: &Corner| lines.normals.get(corner.1? as usize);
@@ -346,7 +359,6 @@ fn join(
     }
     let mut file = MeshFile::default();
     let mut faces_of = Vec::new();
-    let mut images = HashMap::new();
     for name in &lines.material_names {
         faces_of.push(match known.remove(name) {
             None => {
@@ -356,7 +368,7 @@ fn join(
             Some(None) => Faces::Invisible,
             Some(Some(made)) => {
                 let row = file.materials.len();
-                let material = made.textured(row, &mut file, &mut images, report);
+                let material = made.textured(row, &mut file, images, report);
                 file.materials.push((name.clone(), material));
                 Faces::Made(row)
             }

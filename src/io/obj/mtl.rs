@@ -39,6 +39,14 @@ struct Statements {
     metallic: Option<f32>,
 }
 
+impl Statements {
+    /// Takes an image; a later one of a use replaces an earlier one.
+    fn map(&mut self, map: Map) {
+        self.maps.retain(|earlier| earlier.slot != map.slot);
+        self.maps.push(map);
+    }
+}
+
 /// Adds the materials of a file, `None` for invisible ones; a later material of a name
 /// replaces an earlier one. Fails for statements without a finite number, with their line
 /// and column.
@@ -88,8 +96,8 @@ pub(super) fn read(
             "illum" => m.illum = Some(number()?),
             "pr" => m.roughness = Some(number()?),
             "pm" => m.metallic = Some(number()?),
-            "map_kd" => m.maps.push(Map::read(Slot::BaseColor, line.1, folder)),
-            "map_d" => m.maps.push(Map::read(Slot::Opacity, line.1, folder)),
+            "map_kd" => m.map(Map::read(Slot::BaseColor, line.1, folder)),
+            "map_d" => m.map(Map::read(Slot::Opacity, line.1, folder)),
             "bump" | "disp" | "decal" | "refl" | "norm" => report.add("texture"),
             key if key.starts_with("map_") => report.add("texture"),
             _ => {}

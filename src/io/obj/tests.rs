@@ -10,7 +10,12 @@ fn load(files: &[(&str, &str)]) -> (Result<MeshFile, LoadError>, Option<String>)
     }
     let mut report = ImportReport::default();
     let path = folder.path().join(files[0].0);
-    let obj = read(&path, &LoadOptions::default(), &mut report);
+    let obj = read(
+        &path,
+        &LoadOptions::default(),
+        &mut ImageStore::default(),
+        &mut report,
+    );
     (obj, report.summary())
 }
 
@@ -204,4 +209,61 @@ fn images_of_materials_have_coordinates_from_above() {
         panic!("Phong");
     };
     assert_eq!(diffuse, [1.0; 3]);
+}
+
+/// Writes a grey image of one texel, and loads a triangle for each of some materials.
+fn with_images(names: &[&str], mtl: &str, materials: &[&str]) -> crate::Loaded {
+    let folder = tempfile::tempdir().unwrap();
+    for (i, name) in names.iter().enumerate() {
+        let grey = image::Luma([128 + i as u8 / 8]);
+        let place = folder.path().join(name);
+        image::GrayImage::from_pixel(1, 1, grey)
+            .save(place)
+            .unwrap();
+    }
+    std::fs::write(folder.path().join("m.mtl"), mtl).unwrap();
+    let mut obj = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\n".to_string();
+    for name in materials {
+        obj += &format!("usemtl {name}\nf 1/1 2/1 3/1\n");
+    }
+    let path = folder.path().join("m.obj");
+    std::fs::write(&path, obj).unwrap();
+    crate::load(&path, &crate::LoadOptions::default()).unwrap()
+}
+
+#[test]
+fn a_later_image_of_a_use_replaces_the_earlier_one() {
+    let names = [
+        "a.png", "b.png", "c.png", "d.png", "e.png", "f.png", "g.png", "h.png", "i.png",
+    ];
+    let mtl = "newmtl m\nmap_Kd a.png\nmap_d a.png\nmap_Kd i.png\n";
+    let scene = with_images(&names, mtl, &["m"]).scene;
+    let refs = scene.textures.iter().next().unwrap().refs;
+    let slots: Vec<_> = refs.iter().map(|(slot, _)| *slot).collect();
+    assert_eq!(
+        slots,
+        [crate::scene::Slot::Opacity, crate::scene::Slot::BaseColor]
+    );
+    let image = &scene.textures.images[refs[1].1.image.index()];
+    assert_eq!(image.texels, crate::scene::Texels::Bytes(vec![129]));
+}
+
+#[test]
+fn an_image_of_several_names_is_one() {
+    let names = ["a.png", "b.png", "c.png"];
+    let mtl = "newmtl a\nmap_Kd a.png\nnewmtl b\nmap_Kd b.png\nnewmtl c\nmap_Kd c.png\n";
+    let loaded = with_images(&names, mtl, &["a", "b", "c"]);
+    assert_eq!(loaded.warning, None);
+    assert_eq!(loaded.scene.textures.iter().count(), 3);
+    assert_eq!(loaded.scene.textures.images.len(), 1);
+}
+
+#[test]
+fn a_broken_image_is_one_kind_for_all_materials() {
+    let mtl = "newmtl a\nmap_Kd m.mtl\nnewmtl b\nmap_Kd m.mtl\n";
+    let loaded = with_images(&[], mtl, &["a", "b"]);
+    assert_eq!(
+        loaded.warning.unwrap(),
+        "not imported: 2 × texture (m.mtl: it is no PNG, JPEG or WebP file)"
+    );
 }

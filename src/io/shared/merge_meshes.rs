@@ -7,8 +7,9 @@ use crate::math::Affine;
 use crate::scene::{
     Instances, MaterialId, MeshData, MeshId, Scene, SceneBuilder, Shape, Slot, TexturedMaterial,
 };
+use crate::shared::images::ImageStore;
 use crate::shared::mesh_cleanup::unit;
-use crate::shared::mesh_file::{FileImage, MeshFile};
+use crate::shared::mesh_file::MeshFile;
 use crate::{ImportReport, LoadError, LoadOptions, gltf, obj, ply, stl};
 use glam::{DMat3, DVec3};
 use std::collections::HashMap;
@@ -37,7 +38,8 @@ pub fn import_mesh(
     report: &mut ImportReport,
 ) -> Result<MeshData, LoadError> {
     let mut unused = SceneBuilder::default();
-    let mesh = import_with_materials(path, options, &mut unused, report)?;
+    let images = &mut ImageStore::default();
+    let mesh = import_with_materials(path, options, images, &mut unused, report)?;
     Ok(MeshData {
         parts: Vec::new(),
         ..mesh
@@ -53,13 +55,14 @@ pub fn import_mesh(
 pub fn import_with_materials(
     path: &Path,
     options: &LoadOptions,
+    images: &mut ImageStore,
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
 ) -> Result<MeshData, LoadError> {
     match &*crate::extension(path) {
         "gltf" | "glb" => {
             let mut own = SceneBuilder::default();
-            gltf::import(path, options, &mut own, report)?;
+            gltf::import(path, options, images, &mut own, report)?;
             let own = own
                 .finish()
                 .map_err(|source| LoadError::of_scene(path, source))?;
@@ -68,7 +71,7 @@ pub fn import_with_materials(
             report.add_many("normal map of a merged mesh", count);
             Ok(bake(path, &own)?.add_materials(scene))
         }
-        "obj" => obj::read(path, options, report).map(|file| file.add_materials(scene)),
+        "obj" => obj::read(path, options, images, report).map(|file| file.add_materials(scene)),
         "ply" => ply::read(path, report).map(|file| file.add_materials(scene)),
         "stl" => stl::read(path, report),
         _ => Err(LoadError::Unsupported {
@@ -168,7 +171,7 @@ fn bake(path: &Path, scene: &Scene) -> Result<MeshFile, LoadError> {
         file.mesh.colors.resize(vertices, [u16::MAX; 4]);
     }
     if !scene.textures.is_empty() {
-        file.images = scene.textures.images.iter().map(FileImage::from).collect();
+        file.images = scene.textures.images.clone();
         for row in scene.textures.iter() {
             let made = row_of.get(&row.material);
             file.textures

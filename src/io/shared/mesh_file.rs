@@ -1,9 +1,8 @@
 //! The content of a file of one mesh: triangles, and materials by parts.
 
-use crate::scene::{
-    Image, ImageId, Material, MeshData, SceneBuilder, Slot, Texels, TextureRef, Texturing,
-};
+use crate::scene::{Image, ImageId, Material, MeshData, SceneBuilder, Slot, TextureRef, Texturing};
 use crate::shared::messages::one_line;
+use std::sync::Arc;
 
 /// How a material varies: its index, and references by index to the file's images.
 pub type MaterialTextures = (usize, Texturing, Vec<(Slot, TextureRef)>);
@@ -13,36 +12,11 @@ pub type MaterialTextures = (usize, Texturing, Vec<(Slot, TextureRef)>);
 pub struct MeshFile {
     pub mesh: MeshData,
     pub materials: Vec<(String, Material)>,
-    pub images: Vec<FileImage>,
+    pub images: Vec<Arc<Image>>,
     /// How some materials vary.
     pub textures: Vec<MaterialTextures>,
     /// The first triangle of each part and its index into `materials`, in ascending order.
     pub parts: Vec<(u32, Option<usize>)>,
-}
-
-/// The largest level of an image.
-#[derive(Debug)]
-pub struct FileImage {
-    pub texels: Texels,
-    pub channels: u8,
-    pub is_srgb: bool,
-    pub size: [u32; 2],
-}
-
-impl From<&Image> for FileImage {
-    fn from(image: &Image) -> FileImage {
-        let size = image.size();
-        let numbers = size[0] as usize * size[1] as usize * usize::from(image.channels);
-        FileImage {
-            texels: match &image.texels {
-                Texels::Bytes(all) => Texels::Bytes(all[..numbers].to_vec()),
-                Texels::Words(all) => Texels::Words(all[..numbers].to_vec()),
-            },
-            channels: image.channels,
-            is_srgb: image.is_srgb,
-            size,
-        }
-    }
 }
 
 impl MeshFile {
@@ -60,9 +34,8 @@ impl MeshFile {
         for (name, material) in &self.materials {
             ids.push(scene.material(&one_line(name), *material));
         }
-        let add =
-            |image: FileImage| scene.image(image.texels, image.channels, image.is_srgb, image.size);
-        let images: Vec<ImageId> = self.images.into_iter().map(add).collect();
+        let images = self.images.into_iter();
+        let images: Vec<ImageId> = images.map(|image| scene.shared_image(image)).collect();
         for (row, texturing, mut refs) in self.textures {
             for (_, texture) in &mut refs {
                 texture.image = images[texture.image.index()];

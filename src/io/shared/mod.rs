@@ -6,6 +6,7 @@
 
 pub mod aovs;
 pub mod folder;
+pub mod images;
 pub mod import_report;
 pub mod leftovers;
 pub mod line_column;

@@ -1,25 +1,44 @@
 //! Image files as textures: PNG, JPEG and WebP, decoded within limits.
 
+use super::images::too_large;
 use crate::scene::{Texels, linear_from_srgb};
-use image::{DynamicImage, ImageFormat, ImageReader, Limits};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use std::io::Cursor;
+use std::ops::Range;
 
-/// The longest side of a texture, and the bytes that decoding one may take.
+/// The longest side of a texture.
 const LONGEST: u32 = 32_768;
-const MOST_BYTES: u64 = 1 << 31;
+
+/// Bytes that a decoder may take beside the texels.
+const BESIDE_TEXELS: u64 = 1 << 28;
+
+/// What materials read of an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ImageUse {
+    /// Colours, encoded by sRGB's curve; alpha is dropped, for it does not count.
+    Color,
+    /// Such colours, and the alpha that they are there by, unless it is 1 everywhere.
+    ColorAndAlpha,
+    /// Linear numbers, of which alpha may be one.
+    Numbers,
+    /// Alpha, or the first channel of an image that has none.
+    Opacity,
+}
+
+impl ImageUse {
+    /// Says whether colours are encoded by sRGB's curve.
+    pub fn is_color(self) -> bool {
+        matches!(self, ImageUse::Color | ImageUse::ColorAndAlpha)
+    }
+}
 
 /// A decoded image: rows from the top, `channels` numbers a texel.
 pub struct Decoded {
     pub texels: Texels,
     pub channels: u8,
     pub size: [u32; 2],
-}
-
-impl Decoded {
-    /// Says whether texels have an alpha that is not 1 everywhere.
-    pub fn has_alpha(&self) -> bool {
-        self.channels.is_multiple_of(2)
-    }
+    /// Whether the file has an alpha that is not 1 everywhere.
+    pub had_alpha: bool,
 }
 
 /// Returns the map of texture coordinates that scales, turns by radians and moves them
@@ -34,7 +53,11 @@ pub fn texture_transform([su, sv]: [f64; 2], turn: f64, offset: [f64; 2]) -> [[f
 
 /// Decodes the bytes of an image file, whose kind its first bytes tell. The codes of 8 bits stay
 /// as they are; 16 bits of an sRGB image become linear. Fails with what is wrong.
-pub fn decode(bytes: &[u8], is_srgb: bool) -> Result<Decoded, String> {
+///
+/// What the texels and their smaller levels will take is asked of the file's header and taken
+/// from `left` before they are decoded, also of a file that turns out to be broken, so that the
+/// time for any number of those is bounded, too.
+pub fn decode(bytes: &[u8], used: ImageUse, left: &mut u64) -> Result<Decoded, String> {
     let format = match image::guess_format(bytes) {
         Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP)) => format,
         _ => return Err("it is no PNG, JPEG or WebP file".into()),
@@ -42,12 +65,18 @@ pub fn decode(bytes: &[u8], is_srgb: bool) -> Result<Decoded, String> {
     let mut limits = Limits::default();
     limits.max_image_width = Some(LONGEST);
     limits.max_image_height = Some(LONGEST);
-    limits.max_alloc = Some(MOST_BYTES);
+    limits.max_alloc = Some(*left + BESIDE_TEXELS);
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     reader.limits(limits);
-    let picture = reader.decode().map_err(|e| e.to_string())?;
-    let size = [picture.width(), picture.height()];
-    let (texels, channels) = match picture {
+    let decoder = reader.into_decoder().map_err(|e| e.to_string())?;
+    let size: [u32; 2] = decoder.dimensions().into();
+    // Smaller levels are a third of the largest one.
+    let takes = decoder.total_bytes().saturating_mul(4) / 3;
+    *left = left
+        .checked_sub(takes)
+        .ok_or_else(|| too_large(size, takes, *left))?;
+    let picture = DynamicImage::from_decoder(decoder).map_err(|e| e.to_string())?;
+    let (mut texels, channels) = match picture {
         DynamicImage::ImageLuma8(it) => (Texels::Bytes(it.into_raw()), 1),
         DynamicImage::ImageLumaA8(it) => (Texels::Bytes(it.into_raw()), 2),
         DynamicImage::ImageRgb8(it) => (Texels::Bytes(it.into_raw()), 3),
@@ -58,45 +87,54 @@ pub fn decode(bytes: &[u8], is_srgb: bool) -> Result<Decoded, String> {
         DynamicImage::ImageRgba16(it) => (Texels::Words(it.into_raw()), 4),
         other => (Texels::Bytes(other.into_rgba8().into_raw()), 4),
     };
-    let (mut texels, channels) = without_opaque(texels, channels);
-    if let (true, Texels::Words(all)) = (is_srgb, &mut texels) {
+    let had_alpha = has_alpha(&texels, channels);
+    let colors = channels - u8::from(channels.is_multiple_of(2));
+    let kept = match (used, had_alpha) {
+        (ImageUse::Opacity, true) => colors..channels,
+        (ImageUse::Color, _) | (_, false) => 0..colors,
+        _ => 0..channels,
+    };
+    keep(&mut texels, channels, kept.clone());
+    let channels = kept.len() as u8;
+    if let (true, Texels::Words(all)) = (used.is_color(), &mut texels) {
         linearise(all, channels);
     }
     Ok(Decoded {
         texels,
         channels,
         size,
+        had_alpha,
     })
 }
 
-/// Drops an alpha that is 1 everywhere.
-fn without_opaque(texels: Texels, channels: u8) -> (Texels, u8) {
-    fn dropped<T: Copy + PartialEq>(all: Vec<T>, per: usize, full: T) -> Result<Vec<T>, Vec<T>> {
-        if !all.chunks_exact(per).all(|texel| texel[per - 1] == full) {
-            return Err(all);
-        }
-        let mut kept = all;
-        let mut place = 0;
-        kept.retain(|_| {
-            place += 1;
-            place % per != 0
-        });
-        kept.shrink_to_fit();
-        Ok(kept)
-    }
-    if !channels.is_multiple_of(2) {
-        return (texels, channels);
+/// Says whether texels have an alpha that is not 1 everywhere.
+fn has_alpha(texels: &Texels, channels: u8) -> bool {
+    fn varies<T: PartialEq>(all: &[T], per: usize, full: T) -> bool {
+        let mut texels = all.chunks_exact(per);
+        texels.any(|texel| texel[per - 1] != full)
     }
     let per = usize::from(channels);
-    match texels {
-        Texels::Bytes(all) => match dropped(all, per, u8::MAX) {
-            Ok(all) => (Texels::Bytes(all), channels - 1),
-            Err(all) => (Texels::Bytes(all), channels),
-        },
-        Texels::Words(all) => match dropped(all, per, u16::MAX) {
-            Ok(all) => (Texels::Words(all), channels - 1),
-            Err(all) => (Texels::Words(all), channels),
-        },
+    channels.is_multiple_of(2)
+        && match texels {
+            Texels::Bytes(all) => varies(all, per, u8::MAX),
+            Texels::Words(all) => varies(all, per, u16::MAX),
+        }
+}
+
+/// Keeps some channels of each texel, in place.
+fn keep(texels: &mut Texels, channels: u8, kept: Range<u8>) {
+    fn of<T>(all: &mut Vec<T>, channels: u8, kept: &Range<u8>) {
+        let mut channel = channels - 1;
+        all.retain(|_| {
+            channel = (channel + 1) % channels;
+            kept.contains(&channel)
+        });
+    }
+    if kept.len() < usize::from(channels) {
+        match texels {
+            Texels::Bytes(all) => of(all, channels, &kept),
+            Texels::Words(all) => of(all, channels, &kept),
+        }
     }
 }
 

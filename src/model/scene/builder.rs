@@ -9,6 +9,7 @@ use crate::geom::{self, Clip, HalfSpace, Tape};
 use crate::math::Affine;
 use crate::roots::Solver;
 use glam::DVec3;
+use std::collections::HashMap;
 use std::sync::Arc;
 
 /// Builds a [`Scene`]. Functions that add a row return its id; names may be empty. Nothing is
@@ -40,6 +41,8 @@ use std::sync::Arc;
 #[derive(Clone, Debug, Default)]
 pub struct SceneBuilder {
     tables: Tables,
+    /// The images that are added, by their address.
+    images: HashMap<usize, ImageId>,
 }
 
 impl SceneBuilder {
@@ -75,7 +78,7 @@ impl SceneBuilder {
         self.tables.materials.push(name, material)
     }
 
-    /// Adds an image of texels ([`Textures::push_image`]).
+    /// Adds an image of texels ([`Image::new`]).
     pub fn image(
         &mut self,
         texels: Texels,
@@ -83,9 +86,16 @@ impl SceneBuilder {
         is_srgb: bool,
         size: [u32; 2],
     ) -> ImageId {
-        self.tables
-            .textures
-            .push_image(texels, channels, is_srgb, size)
+        self.shared_image(Arc::new(Image::new(texels, channels, is_srgb, size)))
+    }
+
+    /// Adds an image, or returns its id if it is there.
+    pub fn shared_image(&mut self, image: Arc<Image>) -> ImageId {
+        // The table keeps the image alive, so no other one has its address.
+        let address = Arc::as_ptr(&image).addr();
+        let textures = &mut self.tables.textures;
+        let known = self.images.entry(address);
+        *known.or_insert_with(|| textures.push_image(image))
     }
 
     /// Varies a material by images and by the colours of vertices.
@@ -299,8 +309,13 @@ impl SceneBuilder {
 /// Goes on from a scene; its rows keep their ids.
 impl From<Scene> for SceneBuilder {
     fn from(scene: Scene) -> SceneBuilder {
+        let tables = Arc::unwrap_or_clone(scene.tables);
+        let images = tables.textures.images.iter().enumerate();
         SceneBuilder {
-            tables: Arc::unwrap_or_clone(scene.tables),
+            images: images
+                .map(|(row, image)| (Arc::as_ptr(image).addr(), ImageId(row as u32)))
+                .collect(),
+            tables,
         }
     }
 }

@@ -14,16 +14,22 @@ pub fn linear_from_srgb(encoded: f64) -> f64 {
     }
 }
 
-/// Returns the linear values of the codes of sRGB.
-pub(super) fn srgb_table() -> [f32; 256] {
-    std::array::from_fn(|code| linear_from_srgb(code as f64 / 255.0) as f32)
-}
-
-pub(super) fn linear_table() -> [f32; 256] {
-    std::array::from_fn(|code| code as f32 / 255.0)
+/// Returns the linear value of each code of 8 bits: by sRGB's curve, then by none.
+pub(super) fn decode_tables() -> [[f32; 256]; 2] {
+    [
+        std::array::from_fn(|code| linear_from_srgb(code as f64 / 255.0) as f32),
+        std::array::from_fn(|code| code as f32 / 255.0),
+    ]
 }
 
 impl Image {
+    /// Makes an image of level 0 with `size` columns and rows, and its smaller levels. Texels
+    /// have `channels` numbers each, and those of 16 bits are linear whatever `is_srgb` says.
+    /// Colours that have alpha are weighed by it; where theirs does not count, pass them without.
+    pub fn new(texels: Texels, channels: u8, is_srgb: bool, size: [u32; 2]) -> Image {
+        levels_of(texels, channels, is_srgb, size, &decode_tables())
+    }
+
     /// Returns the size of the largest level.
     pub fn size(&self) -> [u32; 2] {
         self.levels[0].1
@@ -60,7 +66,7 @@ impl Image {
         }
     }
 
-    pub(super) fn bytes(&self) -> usize {
+    pub fn bytes(&self) -> usize {
         let texels = match &self.texels {
             Texels::Bytes(all) => all.capacity(),
             Texels::Words(all) => 2 * all.capacity(),
@@ -70,8 +76,9 @@ impl Image {
 }
 
 /// Makes the smaller levels of an image: each texel is the mean of the up to four below it, in
-/// linear light; colours are weighed by their alpha, so that what does not show has no part.
-pub(super) fn levels_of(
+/// linear light. Colours that have alpha are weighed by it, so that what does not show has no
+/// part; linear numbers are not, for their alpha is a number like the others.
+fn levels_of(
     texels: Texels,
     channels: u8,
     is_srgb: bool,
@@ -93,9 +100,13 @@ pub(super) fn levels_of(
         is_srgb,
         levels: Vec::with_capacity(sizes.len()),
     };
+    fn make_room<T>(texels: &mut Vec<T>, all: usize) {
+        texels.shrink_to(all);
+        texels.reserve_exact(all - texels.len());
+    }
     match &mut image.texels {
-        Texels::Bytes(texels) => texels.reserve_exact(all - texels.len()),
-        Texels::Words(texels) => texels.reserve_exact(all - texels.len()),
+        Texels::Bytes(texels) => make_room(texels, all),
+        Texels::Words(texels) => make_room(texels, all),
     }
     let mut first = 0;
     for (level, size) in sizes.iter().enumerate() {
@@ -117,6 +128,7 @@ pub(super) fn levels_of(
 /// Returns the mean of the texels of a level below a place of the next.
 fn mean(image: &Image, level: usize, [x, y]: [u32; 2], decode: &[[f32; 256]]) -> [f32; 4] {
     let [width, height] = image.levels[level].1;
+    let is_weighed = image.is_srgb && image.channels.is_multiple_of(2);
     let (mut sum, mut plain, mut count) = ([0.0; 4], [0.0; 3], 0.0);
     for y in [2 * y, 2 * y + 1] {
         for x in [2 * x, 2 * x + 1] {
@@ -133,7 +145,7 @@ fn mean(image: &Image, level: usize, [x, y]: [u32; 2], decode: &[[f32; 256]]) ->
         }
     }
     let alpha = sum[3] / count;
-    match sum[3] > 0.0 {
+    match is_weighed && sum[3] > 0.0 {
         true => [sum[0] / sum[3], sum[1] / sum[3], sum[2] / sum[3], alpha],
         false => [plain[0] / count, plain[1] / count, plain[2] / count, alpha],
     }

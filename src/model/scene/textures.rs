@@ -5,8 +5,9 @@
 //! texel is read. Smaller levels are means of four texels in linear light.
 
 use super::ids::{ImageId, MaterialId};
-use super::texels::{Levels, levels_of};
+use super::texels::{Levels, decode_tables};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// The numbers of an image's texels, all levels one after the other, each by rows from the top.
 #[derive(Clone, Debug, PartialEq)]
@@ -135,7 +136,7 @@ impl Default for Texturing {
 /// The images of a scene, and the materials that they and the colours of vertices vary.
 #[derive(Clone, Debug, Default)]
 pub struct Textures {
-    pub images: Vec<Image>,
+    pub images: Vec<Arc<Image>>,
     /// By row: the material, and its rows of `refs`.
     of: Vec<(MaterialId, Range<u32>)>,
     rows: Vec<Texturing>,
@@ -153,20 +154,12 @@ pub struct TexturedMaterial<'a> {
 }
 
 impl Textures {
-    /// Adds an image of level 0 with `size` columns and rows, and makes its smaller levels. A
-    /// linear image is passed with `is_srgb` false. Texels have `channels` numbers each.
-    pub fn push_image(
-        &mut self,
-        texels: Texels,
-        channels: u8,
-        is_srgb: bool,
-        size: [u32; 2],
-    ) -> ImageId {
+    /// Adds an image, which several scenes may share.
+    pub fn push_image(&mut self, image: Arc<Image>) -> ImageId {
         if self.decode.is_empty() {
-            self.decode = vec![super::texels::srgb_table(), super::texels::linear_table()];
+            self.decode = decode_tables().to_vec();
         }
-        self.images
-            .push(levels_of(texels, channels, is_srgb, size, &self.decode));
+        self.images.push(image);
         ImageId(self.images.len() as u32 - 1)
     }
 
@@ -230,7 +223,7 @@ impl Textures {
     }
 
     pub fn bytes(&self) -> usize {
-        let images: usize = self.images.iter().map(Image::bytes).sum();
+        let images: usize = self.images.iter().map(|image| image.bytes()).sum();
         images
             + self.decode.len() * size_of::<[f32; 256]>()
             + self.of.len() * (size_of::<(MaterialId, Range<u32>)>() + size_of::<Texturing>())

@@ -295,7 +295,7 @@ impl PathTracer<'_> {
         match varied.texturing.alpha {
             Alpha::Opaque => 1.0,
             Alpha::Blend => (alpha * look.alpha).clamp(0.0, 1.0),
-            Alpha::Mask(cutoff) if alpha >= cutoff => 1.0,
+            Alpha::Mask(cutoff) if alpha >= cutoff => look.alpha,
             Alpha::Mask(_) => 0.0,
         }
     }

@@ -10,6 +10,11 @@ fn png(texels: &[u8], size: [u32; 2], kind: ExtendedColorType) -> String {
     let mut bytes = Vec::new();
     let encoder = PngEncoder::new(&mut bytes);
     encoder.write_image(texels, size[0], size[1], kind).unwrap();
+    uri(&bytes)
+}
+
+/// Writes a file as a data URI.
+fn uri(bytes: &[u8]) -> String {
     let digits = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::from("data:image/png;base64,");
     for three in bytes.chunks(3) {
@@ -77,7 +82,8 @@ fn textured() -> (Value, Vec<u8>) {
 
 #[test]
 fn a_texture_keeps_its_texels_sampler_and_coordinates() {
-    let (d, bin) = textured();
+    let (mut d, bin) = textured();
+    set(&mut d, "/materials/0/alphaMode", json!("BLEND"));
     let (scene, warning) = load(&d, &bin).unwrap();
     assert_eq!(warning, None);
     let rows: Vec<_> = scene.textures.iter().collect();
@@ -102,6 +108,63 @@ fn a_texture_keeps_its_texels_sampler_and_coordinates() {
         scene.meshes.attributes.uvs,
         [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
     );
+}
+
+#[test]
+fn levels_are_weighed_by_alpha_where_it_counts() {
+    let (good, bin) = textured();
+    // An opaque material and one with a mask have the image, and so has a number.
+    let mut d = good.clone();
+    let base = json!({"baseColorTexture": {"index": 0}});
+    let number = json!({"KHR_materials_specular": {"specularTexture": {"index": 0}}});
+    set(
+        &mut d,
+        "/materials",
+        json!([
+            {"pbrMetallicRoughness": base},
+            {"pbrMetallicRoughness": base, "alphaMode": "MASK"},
+            {"pbrMetallicRoughness": base, "alphaMode": "BLEND"},
+            {"extensions": number},
+        ]),
+    );
+    let (scene, warning) = load(&d, &bin).unwrap();
+    assert_eq!(warning, None);
+    let images: Vec<_> = scene
+        .textures
+        .iter()
+        .map(|row| row.refs[0].1.image)
+        .collect();
+    assert_eq!(images[1], images[2]);
+    assert_eq!(scene.textures.images.len(), 3);
+    let smallest = |row: usize| {
+        let image = &scene.textures.images[images[row].index()];
+        scene.textures.texel(image, 1, 0, 0)
+    };
+    let there = 128.0 / 255.0;
+    let near = |a: [f32; 4], b: [f32; 4]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 0.005);
+    let (plain, weighed) = (0.5, (1.0 + there) / (3.0 + there));
+    let alpha = (3.0 + there) / 4.0;
+    let blue = there / (3.0 + there);
+    assert!(
+        near(smallest(0), [plain, plain, 0.25, 1.0]),
+        "{:?}",
+        smallest(0)
+    );
+    assert!(
+        near(smallest(1), [weighed, weighed, blue, alpha]),
+        "{:?}",
+        smallest(1)
+    );
+    assert!(
+        near(smallest(3), [plain, plain, 0.25, alpha]),
+        "{:?}",
+        smallest(3)
+    );
+    // Without alpha there is one set of levels for all.
+    let opaque = png(&TEXELS[..12], [2, 2], ExtendedColorType::Rgb8);
+    set(&mut d, "/images/0/uri", json!(opaque));
+    let (scene, _) = load(&d, &bin).unwrap();
+    assert_eq!(scene.textures.images.len(), 2);
 }
 
 #[test]
@@ -168,12 +231,126 @@ fn images_that_are_broken_or_absent_are_left_out_with_a_reason() {
             "{warning}"
         );
     }
+    // Equal images, and an image that several materials have, are of one kind.
+    let mut d = good.clone();
+    let broken = json!({"uri": "data:image/png;base64,AAAA"});
+    set(&mut d, "/images", json!([broken, broken, broken]));
+    set(
+        &mut d,
+        "/textures",
+        json!([{"source": 0}, {"source": 1}, {"source": 2}]),
+    );
+    let material = |i: u32| json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": i % 3}}});
+    set(&mut d, "/materials", (0..6).map(material).collect());
+    let warning = load(&d, &bin).unwrap().1.unwrap();
+    assert_eq!(
+        warning,
+        "not imported: 6 × texture (image 0: it is no PNG, JPEG or WebP file)"
+    );
+    // So are images of one file that there is not.
+    let absent = json!({"uri": "no_such_file.png"});
+    set(&mut d, "/images", json!([absent, absent, absent]));
+    let warning = load(&d, &bin).unwrap().1.unwrap();
+    assert!(
+        warning.starts_with("not imported: 6 × texture (image 0: "),
+        "{warning}"
+    );
     let whole = png(&TEXELS, [2, 2], ExtendedColorType::Rgba8);
     for end in (40..whole.len()).step_by(4) {
         let mut d = good.clone();
         set(&mut d, "/images/0/uri", json!(whole[..end]));
         load(&d, &bin).unwrap();
     }
+}
+
+#[test]
+fn a_sampler_that_there_is_not_is_counted() {
+    let (good, bin) = textured();
+    for sampler in [json!(1), json!(-1), json!("a")] {
+        let mut d = good.clone();
+        set(&mut d, "/textures/0/sampler", sampler);
+        let (scene, warning) = load(&d, &bin).unwrap();
+        let texture = scene.textures.iter().next().unwrap().refs[0].1;
+        assert_eq!(texture.wrap, [Wrap::Repeat; 2]);
+        let says = "not imported: 1 × sampler that the file does not have";
+        assert_eq!(warning.unwrap(), says);
+    }
+    for sampler in [json!(null), json!(0)] {
+        let mut d = good.clone();
+        set(&mut d, "/textures/0/sampler", sampler);
+        assert_eq!(load(&d, &bin).unwrap().1, None);
+    }
+}
+
+#[test]
+fn an_image_is_one_by_its_file_and_its_bytes() {
+    let (mut d, bin) = textured();
+    let image = d["images"][0].clone();
+    set(&mut d, "/images", (0..8).map(|_| image.clone()).collect());
+    set(
+        &mut d,
+        "/textures",
+        (0..8).map(|i| json!({"source": i})).collect(),
+    );
+    let material = |i: u32| json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": i}}});
+    set(&mut d, "/materials", (0..8).map(material).collect());
+    let (scene, warning) = load(&d, &bin).unwrap();
+    assert_eq!(warning, None);
+    assert_eq!(scene.textures.iter().count(), 8);
+    assert_eq!(scene.textures.images.len(), 1);
+}
+
+#[test]
+fn an_image_is_refused_by_its_size_before_it_is_decoded() {
+    // The start of a file that says how large it is, and no texels: decoding would say so.
+    let header = |size: [u32; 2], depth: u8, kind: u8| {
+        let mut bytes = b"\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR".to_vec();
+        bytes.extend(size.iter().flat_map(|n| n.to_be_bytes()));
+        bytes.extend([depth, kind, 0, 0, 0]);
+        bytes.extend(crc(&bytes[12..]).to_be_bytes());
+        bytes.extend(b"\0\0\0\0IDAT");
+        bytes.extend(crc(b"IDAT").to_be_bytes());
+        bytes
+    };
+    let (good, bin) = textured();
+    for (size, depth, kind, says) in [
+        ([26_000, 19_000], 8, 6, "26000 × 19000 texels take 2513 MiB"),
+        // Twice the bytes of 8 bits.
+        (
+            [12_000, 12_000],
+            16,
+            6,
+            "12000 × 12000 texels take 1465 MiB",
+        ),
+        ([12_000, 12_000], 8, 6, "broken"),
+    ] {
+        let mut d = good.clone();
+        set(
+            &mut d,
+            "/images/0/uri",
+            json!(uri(&header(size, depth, kind))),
+        );
+        let (scene, warning) = load(&d, &bin).unwrap();
+        assert!(scene.textures.images.is_empty());
+        let warning = warning.unwrap();
+        assert!(warning.contains("1 × texture (image 0: "), "{warning}");
+        match says {
+            "broken" => assert!(!warning.contains("texels take"), "{warning}"),
+            says => assert!(warning.contains(says), "{warning}"),
+        }
+    }
+}
+
+/// The checksum of PNG's chunks.
+fn crc(bytes: &[u8]) -> u32 {
+    let mut crc = u32::MAX;
+    for byte in bytes {
+        crc ^= u32::from(*byte);
+        for _ in 0..8 {
+            crc = crc >> 1 ^ if crc & 1 == 1 { 0xedb8_8320 } else { 0 };
+        }
+    }
+    !crc
 }
 
 #[test]
@@ -239,8 +416,8 @@ fn a_variant_is_shown_by_its_name() {
         "/meshes/0/primitives/0/extensions",
         json!({"KHR_materials_variants": {"mappings": [{"material": 1, "variants": [1]}]}}),
     );
-    let shown = |variant: Option<&str>| {
-        on_disk(&glb(&d, &bin), |path| {
+    let shown = |d: &Value, variant: Option<&str>| {
+        on_disk(&glb(d, &bin), |path| {
             let options = LoadOptions {
                 variant: variant.map(Into::into),
                 ..LoadOptions::default()
@@ -249,10 +426,21 @@ fn a_variant_is_shown_by_its_name() {
             Ok(loaded.scene.meshes.parts[0].1.map(|id| id.0))
         })
     };
-    assert_eq!(shown(None), Ok(Some(0)));
-    assert_eq!(shown(Some("day")), Ok(Some(0)));
-    assert_eq!(shown(Some("night")), Ok(Some(1)));
-    let said: Result<Option<u32>, String> = shown(Some("dusk"));
+    assert_eq!(shown(&d, None), Ok(Some(0)));
+    assert_eq!(shown(&d, Some("day")), Ok(Some(0)));
+    assert_eq!(shown(&d, Some("night")), Ok(Some(1)));
+    // No name is not the name of a variant without one.
+    set(
+        &mut d,
+        "/extensions/KHR_materials_variants/variants/2",
+        json!({}),
+    );
+    let said: String = shown(&d, Some("")).unwrap_err();
+    assert!(
+        said.contains("no variant ''; known are day, night"),
+        "{said}"
+    );
+    let said: Result<Option<u32>, String> = shown(&d, Some("dusk"));
     let said = said.unwrap_err();
     assert!(
         said.contains("no variant 'dusk'; known are day, night"),

@@ -60,7 +60,7 @@ pub(super) fn import_program(
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
 ) -> Result<(), LoadError> {
-    let bytes = program::csg_of(path)?;
+    let bytes = program::csg_of(path, report)?;
     let csg = PathBuf::from(format!("{} as .csg", path.display()));
     read(&csg, &bytes, options, scene, report)
 }

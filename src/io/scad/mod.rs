@@ -10,13 +10,16 @@
 //! Nothing recurses over the file's tree, and what a small number may ask for is bounded.
 
 mod arguments;
+mod budget;
 mod clusters;
+mod crossings;
 mod curves;
 mod emit;
 mod facets;
 mod flat_nodes;
 mod hulls;
 mod nodes;
+mod offsets;
 mod outlines;
 mod placing;
 mod polygons;
@@ -74,7 +77,7 @@ fn read(
 ) -> Result<(), LoadError> {
     let text = decode(path, bytes)?;
     let tree = syntax::Tree::parse(path, &text)?;
-    let (mut solids, shown) = nodes::Reader::new(&tree, options, report).read()?;
+    let (mut solids, shown) = nodes::Reader::new(path, &tree, options, report).read()?;
     emit::Emitter::new(scene).emit(&mut solids, shown);
     Ok(())
 }

@@ -231,6 +231,10 @@ impl<'a> Reader<'a> {
                 let leaf = self.polyhedron(row)?;
                 self.leaf(line, leaf)
             }
+            "import" => {
+                let mesh = self.import(row)?;
+                self.leaf(line, mesh)
+            }
             "square" => {
                 let square = self.square(row);
                 self.outline(line, square)
@@ -436,7 +440,7 @@ pub(super) fn radius(of: &Arguments, radius: &str, diameter: &str, default: f64)
 /// Says why a node is not drawn, and what to do.
 fn refusal(name: &str) -> String {
     let what = match name {
-        "text" | "import" | "surface" | "minkowski" | "projection" | "resize" => {
+        "text" | "surface" | "minkowski" | "projection" | "resize" => {
             format!("{name}() is not drawn")
         }
         _ => format!("{}() is no node that is known", brief(name)),

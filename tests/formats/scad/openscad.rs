@@ -34,9 +34,7 @@ fn facets_are_those_of_openscad() {
 #[test]
 fn turns_and_offsets_have_openscads_own_volumes() {
     let at = |x: f64| format!("multmatrix([[1, 0, 0, {x}], [0, 1, 0, 0]])");
-    let frame = format!(
-        "difference() {{ square([12, 12], center = true); square([3, 9], center = true); }}"
-    );
+    let frame = "difference() { square([12, 12], center = true); square([3, 9], center = true); }";
     let sweep = "linear_extrude(height = 2)";
     for (text, expected) in [
         // A turn by a part: of either sign, on either side of the axis, and of parts of a step.

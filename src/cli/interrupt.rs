@@ -4,11 +4,11 @@
 //! now and then, and a single ray may take minutes; a process that has not stopped
 //! after [`GRACE_PERIOD`] is therefore ended, unless its files are being renamed into
 //! place: from then on signals are without effect. The same applies to a wait for a pipe that nobody reads. A process that is
-//! ended this way still removes its unfinished files.
+//! ended this way still removes its unfinished files, and ends the programs that run for it.
 
 use super::error::CliError;
 use super::output::complain;
-use crate::io::discard_unfinished;
+use crate::io::{discard_unfinished, end_children};
 use crate::render::Progress;
 #[cfg(unix)]
 use signal_hook::consts::SIGXFSZ;
@@ -29,6 +29,18 @@ const BY_TIMEOUT: u8 = 2;
 /// received part of them.
 static SENDING: AtomicBool = AtomicBool::new(false);
 
+/// Set once a signal has come to a process that [`watch`] looks after.
+static SIGNALLED: AtomicBool = AtomicBool::new(false);
+
+/// Returns the error that counts: what fails after a signal may have failed by it, as another
+/// program that the terminal has interrupted, too.
+pub fn cause(error: CliError) -> CliError {
+    match error {
+        CliError::Load(_) if SIGNALLED.load(Ordering::SeqCst) => CliError::Interrupted,
+        other => other,
+    }
+}
+
 /// Returns a progress whose `cancel` the first signal sets. Call this once.
 pub fn watch() -> Arc<Progress> {
     let progress = Arc::new(Progress::default());
@@ -39,6 +51,7 @@ pub fn watch() -> Arc<Progress> {
             end();
         }
         watched.cancel();
+        SIGNALLED.store(true, Ordering::SeqCst);
         // Without this thread the second signal still works.
         let _ = std::thread::Builder::new().spawn(|| {
             std::thread::sleep(GRACE_PERIOD);
@@ -66,7 +79,7 @@ fn end() {
     let taken =
         ENDED_BY.compare_exchange(UNDECIDED, BY_TIMEOUT, Ordering::SeqCst, Ordering::SeqCst);
     if taken.is_ok() {
-        let _nothing_begins = discard_unfinished();
+        let _nothing_begins = (end_children(), discard_unfinished());
         let error = match SENDING.load(Ordering::SeqCst) {
             true => CliError::Unread,
             false => CliError::Interrupted,

@@ -107,11 +107,12 @@ pub fn run(args: &MeasureArgs) -> Result<(), CliError> {
         deadline: limit.and_then(|limit| Instant::now().checked_add(limit)),
         ..Goal::default()
     };
+    let progress = interrupt::watch();
     let scene = scene::load(&args.scene, &args.load_options(outputs))?;
+    interrupt::check(&progress)?;
     let of_scene = |source| LoadError::of_scene(&args.scene, source);
     let instances = Instances::of(&scene).map_err(of_scene)?;
     let pool = thread_pool(args.threads)?;
-    let progress = interrupt::watch();
     let mut measurer = Measurer {
         scene: &scene,
         goal,

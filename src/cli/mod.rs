@@ -129,6 +129,7 @@ fn ended(done: Result<(), CliError>) -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             interrupt::disable_timeout();
+            let error = interrupt::cause(error);
             output::complain(&format!("error: {error}"));
             ExitCode::from(error.exit_code())
         }

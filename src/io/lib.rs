@@ -60,6 +60,7 @@ pub use pov::{PovError, text as pov_text, warning as pov_warning};
 pub use rays::{RaySet, TriangleSet};
 pub use scad::Curves;
 pub use shared::aovs::AovSet;
+pub use shared::child::end_children;
 pub use shared::folder::Folder;
 pub use shared::import_report::ImportReport;
 pub use shared::merge_meshes::import_mesh;

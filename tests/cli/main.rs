@@ -17,6 +17,7 @@ mod outputs;
 mod parts;
 mod roots;
 mod run;
+mod scad;
 mod shutters;
 mod solids;
 mod solvers;

@@ -33,7 +33,7 @@ pub(super) struct Shown {
     pub map: DAffine3,
     pub color: Option<Color>,
     pub role: Role,
-    /// The name of its instances; empty if they are called as their shapes.
+    /// What its instances are called, and with what the names of its shapes begin; may be empty.
     pub name: &'static str,
 }
 
@@ -130,6 +130,10 @@ impl<'s> Emitter<'s> {
                 }
             }
         }
+        let called = |what: &str| match shown.name {
+            "" => what.to_string(),
+            name => format!("{name} {what}"),
+        };
         let mut made: HashMap<SolidId, Made> = HashMap::new();
         let mut terms: Vec<Made> = Vec::new();
         for (id, context) in visited.into_iter().rev() {
@@ -137,7 +141,7 @@ impl<'s> Emitter<'s> {
             let one = match &mut solids.parts[id as usize] {
                 Part::Leaf(leaf) => {
                     let leaf = std::mem::replace(leaf, EMPTY_LEAF);
-                    let name = format!("line {line}");
+                    let name = called(&format!("line {line}"));
                     let placed = place(leaf, &context.map, &name, self.scene);
                     let transform = placed.transform.map_or(TransformId::IDENTITY, |map| {
                         self.scene.transform(affine(&map))
@@ -157,7 +161,7 @@ impl<'s> Emitter<'s> {
                         .iter()
                         .filter_map(|of| made.get(of).copied())
                         .collect();
-                    self.csg(&format!("line {line}"), *operator, &operands)
+                    self.csg(&called(&format!("line {line}")), *operator, &operands)
                 }
                 Part::Placed(of, _) | Part::Colored(of, _) | Part::Plain(of) | Part::Marked(of) => {
                     match made.get(of) {
@@ -176,7 +180,7 @@ impl<'s> Emitter<'s> {
             }
         }
         terms.reverse();
-        self.place_terms(&terms, shown.name);
+        self.place_terms(&terms, shown.name, &called("union"));
     }
 
     fn csg(&mut self, name: &str, operator: Operator, operands: &[Made]) -> Made {
@@ -207,8 +211,8 @@ impl<'s> Emitter<'s> {
         }
     }
 
-    /// Makes instances of the terms of the union at the top.
-    fn place_terms(&mut self, terms: &[Made], name: &str) {
+    /// Makes instances of the terms of the union at the top, whose parts that meet become one.
+    fn place_terms(&mut self, terms: &[Made], name: &str, of_union: &str) {
         let boxes: Vec<Aabb> = terms
             .iter()
             .map(|one| one.bounds.unwrap_or(Aabb::new(DVec3::MIN, DVec3::MAX)))
@@ -223,7 +227,7 @@ impl<'s> Emitter<'s> {
                 _ => {
                     let operands: Vec<Made> =
                         cluster.iter().map(|row| terms[*row as usize]).collect();
-                    self.csg("union", Operator::Union, &operands)
+                    self.csg(of_union, Operator::Union, &operands)
                 }
             };
             self.roots.push(one.shape);

@@ -14,7 +14,7 @@ const MOST_FACES: usize = 48;
 pub(super) fn of_rings(rings: &[Vec<DVec3>]) -> Result<Leaf, String> {
     let sides = rings.iter().map(Vec::len).max().unwrap_or(0);
     let points: Vec<DVec3> = rings.iter().flatten().copied().collect();
-    if sides * (rings.len() - 1) + 2 <= MOST_FACES
+    if sides * rings.len().saturating_sub(1) + 2 <= MOST_FACES
         && let Ok(hull) = hull::of_points(&points)
     {
         let (planes, points) = (hull.planes, hull.points);
@@ -78,6 +78,7 @@ pub(super) fn of_faces(
     if triangles.is_empty() {
         return Ok(None);
     }
+    let points = only_named(points, &mut triangles);
     if faces.len() <= MOST_FACES
         && let Ok(hull) = hull::of_points(&points)
         && is_convex(&points, &triangles, &hull)
@@ -89,6 +90,20 @@ pub(super) fn of_faces(
         positions: points,
         triangles,
     }))
+}
+
+/// Returns the points that are corners of triangles, which then name them by their new rows.
+pub(super) fn only_named(points: Vec<DVec3>, triangles: &mut [[u32; 3]]) -> Vec<DVec3> {
+    let mut rows: Vec<Option<u32>> = vec![None; points.len()];
+    let mut named = Vec::new();
+    for row in triangles.iter_mut().flatten() {
+        let old = *row as usize;
+        *row = *rows[old].get_or_insert_with(|| {
+            named.push(points[old]);
+            named.len() as u32 - 1
+        });
+    }
+    named
 }
 
 /// Says whether triangles are the surface of the hull: all lie in its planes, and their area is its
@@ -144,12 +159,9 @@ fn hull_volume(hull: &hull::Hull, middle: DVec3) -> f64 {
     volume
 }
 
-/// The most triangles of one mesh that a ring is turned into.
-const MOST_TRIANGLES: usize = 1 << 22;
-
 /// Makes what a ring sweeps from z = `from` up, scaled by a factor on the way.
 pub(super) fn of_tapered(ring: &[DVec2], (from, height): (f64, f64), scale: f64) -> Leaf {
-    let to = from + height;
+    let (to, ring) = (from + height, &counter_clockwise(ring)[..]);
     let lower = ring.iter().map(|p| p.extend(from));
     let upper = ring.iter().map(|p| (*p * scale).extend(to));
     let positions: Vec<DVec3> = lower.chain(upper).collect();
@@ -173,24 +185,13 @@ pub(super) fn of_tapered(ring: &[DVec2], (from, height): (f64, f64), scale: f64)
 }
 
 /// Makes what a ring sweeps that is turned about its y axis by an angle in degrees, in so many steps
-/// to a whole turn.
-pub(super) fn of_turned(
-    ring: &[DVec2],
-    (sides, angle): (u32, f64),
-    is_mirrored: bool,
-) -> Result<Leaf, String> {
+/// to a whole turn. As OpenSCAD does: a whole turn begins at −x, another one at +x, and a part of a
+/// step is none.
+pub(super) fn of_turned(ring: &[DVec2], (sides, angle): (u32, f64), is_mirrored: bool) -> Leaf {
     let is_whole = angle.abs() >= 360.0;
-    let steps = match is_whole {
-        true => sides,
-        false => (f64::from(sides) * angle.abs() / 360.0).ceil().max(1.0) as u32,
-    };
-    let count = ring.len() as u32;
-    if (count as usize).saturating_mul(steps as usize) > MOST_TRIANGLES / 2 {
-        return Err(format!(
-            "rotate_extrude() of {count} corners in {steps} steps is too much"
-        ));
-    }
-    let start = if is_mirrored { 180.0 } else { 0.0 };
+    let (steps, count) = (steps(sides, angle), ring.len() as u32);
+    let ring = counter_clockwise(ring);
+    let start = if is_whole != is_mirrored { 180.0 } else { 0.0 };
     let layers = if is_whole { steps } else { steps + 1 };
     let mut positions = Vec::new();
     for i in 0..layers {
@@ -207,14 +208,34 @@ pub(super) fn of_turned(
         );
     }
     if !is_whole {
-        let (lid, last) = (filled(ring), steps * count);
-        triangles.extend(lid.iter().map(|t| t.map(|row| row + last)));
-        triangles.extend(lid.iter().map(|[a, b, c]| [*a, *c, *b]));
+        // The ring is clockwise seen from where it turns to, so the first lid is as it is.
+        let (lid, last) = (filled(&ring), steps * count);
+        triangles.extend(&lid);
+        triangles.extend(lid.iter().map(|[a, b, c]| [a + last, c + last, b + last]));
     }
-    Ok(Leaf::Mesh {
+    if angle < 0.0 {
+        triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    }
+    Leaf::Mesh {
         positions,
         triangles,
-    })
+    }
+}
+
+/// Returns in how many steps a turn by an angle in degrees is made.
+pub(super) fn steps(sides: u32, angle: f64) -> u32 {
+    let part = (angle.abs() / 360.0).min(1.0);
+    (f64::from(sides) * part).max(1.0) as u32
+}
+
+/// Returns a ring so that its inside is to the left of its edges; those of holes are not.
+fn counter_clockwise(ring: &[DVec2]) -> Vec<DVec2> {
+    let next = ring.iter().skip(1).chain(ring.first());
+    let area: f64 = ring.iter().zip(next).map(|(a, b)| a.perp_dot(*b)).sum();
+    match area < 0.0 {
+        true => ring.iter().rev().copied().collect(),
+        false => ring.to_vec(),
+    }
 }
 
 /// Joins two copies of a ring, which begin at these rows, by two triangles for each edge.

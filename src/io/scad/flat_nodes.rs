@@ -2,16 +2,19 @@
 //! `linear_extrude` and `rotate_extrude`.
 
 use super::arguments::{self, to_plane};
+use super::budget;
 use super::curves::{self, FINE_SIDES};
 use super::facets;
 use super::hulls;
 use super::nodes::{Made, Outcome, Reader, is_size, radius, remedy};
-use super::outlines::{OutlineId, Shape};
-use super::polygons::{self, Corner, Rings};
+use super::offsets::{self, Corner};
+use super::outlines::{OutlineId, PlacedShape, Shape};
+use super::polygons::{self, Rings};
 use super::solids::{Leaf, Part, SolidId};
+use super::syntax::Value;
 use super::turn;
 use crate::scene::Operator;
-use glam::{DAffine3, DMat3, DVec2, DVec3};
+use glam::{DAffine2, DAffine3, DMat3, DVec2, DVec3};
 
 impl Reader<'_> {
     pub(super) fn square(&self, row: usize) -> Option<Shape> {
@@ -44,6 +47,7 @@ impl Reader<'_> {
         let points = to_plane(arguments::points::<2>(of.get("points")).map_err(wrong)?);
         let rings: Rings = match of.get("paths") {
             None => vec![points],
+            Some(Value::List(paths)) if paths.is_empty() => vec![points],
             // One path need not be in a list of its own.
             Some(paths) => {
                 let rows = arguments::faces_or_one(Some(paths), points.len()).map_err(wrong)?;
@@ -77,46 +81,55 @@ impl Reader<'_> {
             let disc = is_size(radius).then_some(Shape::Disc(radius));
             return Ok(self.outline(line, disc));
         }
+        let mut has_sides = self.has_discs(outline, |_| true);
         let corner = match is_round {
             true => {
                 let sides = curves::sides_if_any(self.curves, &of, by.abs());
-                let is_fine = sides.is_none();
-                if is_fine && by > 0.0 {
-                    self.report
-                        .shown_as(&format!("offset(), with {FINE_SIDES} sides to a circle"));
-                }
+                has_sides |= sides.is_none() && by > 0.0;
                 Corner::Round(sides.unwrap_or(FINE_SIDES))
             }
             false if of.is_true("chamfer") => Corner::Cut,
             false => Corner::Sharp,
         };
+        if has_sides {
+            let what = format!("offset(), with {FINE_SIDES} sides to a circle");
+            self.report.shown_as(&what);
+        }
         let rings = self.outlines.rings(outline, FINE_SIDES)?;
-        let rings = polygons::offset(&rings, by, corner)?;
+        let rings = offsets::offset(&rings, by, corner)?;
         let shape = (!rings.is_empty()).then_some(Shape::Rings(rings));
         Ok(self.outline(line, shape))
+    }
+
+    /// Says whether an outline has discs whose maps are of a kind.
+    fn has_discs(&self, outline: OutlineId, is_kind: impl Fn(&DAffine2) -> bool) -> bool {
+        let shapes = &self.outlines.shapes;
+        let is = |part: &PlacedShape| {
+            matches!(shapes[part.id as usize], Shape::Disc(_)) && is_kind(&part.map)
+        };
+        self.outlines.visit(outline).iter().any(is)
     }
 
     pub(super) fn hull(&mut self, row: usize) -> Outcome<Made> {
         let line = self.lines[row];
         let with_remedy = |why: String| remedy(&why);
-        let (made, has_facets) = match self.operator(row, Operator::Union) {
+        let (made, sides) = match self.operator(row, Operator::Union) {
             Made::Solid(solid) => {
                 let made = hulls::of_solid(solid, line, &mut self.solids).map_err(with_remedy)?;
                 let hull = made.hull.map(|hull| {
                     // OpenSCAD shows a hull in one colour.
                     Made::Solid(self.solids.push(line, Part::Plain(hull)))
                 });
-                (hull, made.has_facets)
+                (hull, made.sides)
             }
             Made::Outline(outline) => {
                 let made =
                     hulls::of_outline(outline, line, &mut self.outlines).map_err(with_remedy)?;
-                (made.hull.map(Made::Outline), made.has_facets)
+                (made.hull.map(Made::Outline), made.sides)
             }
-            other => (Some(other), false),
+            other => (Some(other), None),
         };
-        if has_facets {
-            let sides = hulls::SIDES;
+        if let Some(sides) = sides {
             self.report.shown_as(&format!(
                 "hull() of several curves, with {sides} sides to a circle"
             ));
@@ -184,12 +197,7 @@ impl Reader<'_> {
                 top_radius: radius * x,
             }]);
         }
-        let has_discs = self
-            .outlines
-            .visit(outline)
-            .iter()
-            .any(|part| matches!(self.outlines.shapes[part.id as usize], Shape::Disc(_)));
-        if has_discs {
+        if self.has_discs(outline, |_| true) {
             self.report.shown_as(&format!(
                 "linear_extrude() with a scale, with {FINE_SIDES} sides to a circle"
             ));
@@ -239,7 +247,7 @@ impl Reader<'_> {
         let is_mirrored = high <= room;
         let turned = match is_mirrored {
             true => {
-                let by = glam::DAffine2::from_scale(DVec2::new(-1.0, 1.0));
+                let by = DAffine2::from_scale(DVec2::new(-1.0, 1.0));
                 self.outlines.push(line, Shape::Placed(outline, by))
             }
             false => outline,
@@ -247,15 +255,27 @@ impl Reader<'_> {
         let radius = high.abs().max(low.abs());
         let solid = match curves::sides_if_any(self.curves, &of, radius) {
             Some(sides) => {
+                if self.has_discs(turned, |_| true) {
+                    self.report.shown_as(&format!(
+                        "rotate_extrude() in facets of a circle, with {FINE_SIDES} sides to it"
+                    ));
+                }
                 let rings = polygons::cleaned(&self.outlines.rings(turned, FINE_SIDES)?)?;
+                let corners: usize = rings.iter().map(Vec::len).sum();
+                let steps = facets::steps(sides, angle) as usize;
+                budget::fits(corners.saturating_mul(steps).saturating_mul(3))?;
                 let of = |ring: &Vec<DVec2>| facets::of_turned(ring, (sides, angle), is_mirrored);
-                let leaves: Outcome<Vec<Leaf>> = rings.iter().map(of).collect();
-                match self.either(line, leaves?) {
+                match self.either(line, rings.iter().map(of).collect()) {
                     Some(solid) => solid,
                     None => return Ok(Made::Nothing),
                 }
             }
             None => {
+                if self.has_discs(turned, |map| !turn::is_round(map)) {
+                    self.report.shown_as(&format!(
+                        "rotate_extrude() of an ellipse, with {FINE_SIDES} sides to it"
+                    ));
+                }
                 let swept = turn::swept(&self.outlines, turned, line, &mut self.solids);
                 let Some(mut solid) = swept else {
                     return Ok(Made::Nothing);

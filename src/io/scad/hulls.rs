@@ -18,10 +18,10 @@ const SIX_DIGITS: f64 = 4e-6;
 /// The sides of a cylinder or cone in a hull that is not round.
 pub(super) const SIDES: u32 = 128;
 
-/// A hull, and whether curves in it have become facets.
+/// A hull, and the sides of a circle if curves in it have become facets.
 pub(super) struct Hulled<T> {
     pub hull: Option<T>,
-    pub has_facets: bool,
+    pub sides: Option<u32>,
 }
 
 /// A primitive and its map.
@@ -36,7 +36,7 @@ pub(super) fn of_solid(
     let leaves = leaves(solids, solid)?;
     let round = |hull| Hulled {
         hull: Some(hull),
-        has_facets: false,
+        sides: None,
     };
     if let [(Leaf::Sphere { .. } | Leaf::Frustum { .. } | Leaf::Cuboid { .. }, _)] = leaves[..] {
         return Ok(round(solid));
@@ -52,6 +52,7 @@ pub(super) fn of_solid(
         return Ok(round(solids.placed(line, hull, map)));
     }
     let (points, has_facets) = corners_of(&leaves)?;
+    let sides = has_facets.then_some(SIDES);
     let leaf = match hull::of_points(&points) {
         Ok(hull) => Leaf::Polyhedron {
             planes: hull.planes,
@@ -59,13 +60,13 @@ pub(super) fn of_solid(
         },
         Err(HullError::Flat | HullError::TooFew(_)) => {
             let hull = None;
-            return Ok(Hulled { hull, has_facets });
+            return Ok(Hulled { hull, sides });
         }
         Err(why) => return Err(format!("hull() cannot be drawn here: {why}")),
     };
     Ok(Hulled {
         hull: Some(solids.leaf(line, leaf)),
-        has_facets,
+        sides,
     })
 }
 
@@ -137,8 +138,12 @@ fn equal_cylinders(leaves: &[Placed]) -> Option<(Vec<DVec2>, (f64, f64), DAffine
         let (height, size) = (top.z - base.z, *base_radius);
         let here = *map * DAffine3::from_translation(*base);
         let (frame, first_size, first_height) = *first.get_or_insert((here, size, height));
-        let turned = frame.matrix3 - here.matrix3;
-        let is_turned = turned.to_cols_array().iter().any(|x| x.abs() > 1e-6);
+        let most = |m: DMat3| {
+            m.to_cols_array()
+                .iter()
+                .fold(0.0, |a: f64, x| a.max(x.abs()))
+        };
+        let is_turned = most(frame.matrix3 - here.matrix3) > most(frame.matrix3) * 1e-6;
         let off = frame.inverse().transform_point3(here.translation);
         let is_off = off.z.abs() > height * 1e-5;
         let is_other = !near(size, first_size) || !near(height, first_height);
@@ -162,6 +167,7 @@ fn corners_of(leaves: &[Placed]) -> Result<(Vec<DVec3>, bool), String> {
                 corners.into_iter().for_each(add);
             }
             Leaf::Polyhedron { points, .. } => points.iter().for_each(|p| add(*p)),
+            // Faces name all of them: `facets` leaves the others out.
             Leaf::Mesh { positions, .. } => positions.iter().for_each(|p| add(*p)),
             Leaf::Prism { rings, height } => {
                 for p in rings.iter().flatten() {
@@ -420,9 +426,8 @@ pub(super) fn of_outline(
             Shape::Box { min, max } => add(&corners(*min, *max)),
             Shape::Rings(rings) => rings.iter().for_each(|ring| add(ring)),
             Shape::Disc(radius) => {
-                let [u, v] = [map.matrix2.x_axis, map.matrix2.y_axis];
-                is_exact &= near(u.length(), v.length()) && u.dot(v).abs() <= SIX_DIGITS;
-                discs.push((map.translation, radius * u.length()));
+                is_exact &= super::turn::is_round(&map);
+                discs.push((map.translation, radius * map.matrix2.x_axis.length()));
             }
             Shape::Op(Operator::Union, _) => {}
             Shape::Op(..) => is_exact = false,
@@ -437,7 +442,7 @@ pub(super) fn of_outline(
         let is_there = all.first().is_some_and(|(_, r)| *r > 0.0) || all.len() > 2;
         return Ok(Hulled {
             hull: is_there.then(|| of_discs(all, line, outlines)),
-            has_facets: false,
+            sides: None,
         });
     }
     let rings = outlines.rings(outline, curves::FINE_SIDES)?;
@@ -445,6 +450,6 @@ pub(super) fn of_outline(
     let is_there = ring.len() > 2;
     Ok(Hulled {
         hull: is_there.then(|| outlines.push(line, Shape::Rings(vec![ring]))),
-        has_facets: !discs.is_empty(),
+        sides: (!discs.is_empty()).then_some(curves::FINE_SIDES),
     })
 }

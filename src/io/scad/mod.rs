@@ -10,13 +10,17 @@
 //! Nothing recurses over the file's tree, and what a small number may ask for is bounded.
 
 mod arguments;
+mod budget;
 mod clusters;
+mod crossings;
 mod curves;
 mod emit;
 mod facets;
 mod flat_nodes;
 mod hulls;
+mod meshes;
 mod nodes;
+mod offsets;
 mod outlines;
 mod placing;
 mod polygons;
@@ -60,7 +64,7 @@ pub(super) fn import_program(
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
 ) -> Result<(), LoadError> {
-    let bytes = program::csg_of(path)?;
+    let bytes = program::csg_of(path, report)?;
     let csg = PathBuf::from(format!("{} as .csg", path.display()));
     read(&csg, &bytes, options, scene, report)
 }
@@ -74,7 +78,7 @@ fn read(
 ) -> Result<(), LoadError> {
     let text = decode(path, bytes)?;
     let tree = syntax::Tree::parse(path, &text)?;
-    let (mut solids, shown) = nodes::Reader::new(&tree, options, report).read()?;
+    let (mut solids, shown) = nodes::Reader::new(path, &tree, options, report).read()?;
     emit::Emitter::new(scene).emit(&mut solids, shown);
     Ok(())
 }

@@ -2,13 +2,16 @@
 //! that children are known before what is made of them.
 
 use super::arguments::{Arguments, number};
+use super::budget::Budget;
 use super::emit::{Role, Shown, scene_from_file};
 use super::outlines::{OutlineId, Outlines, Shape};
 use super::solids::{Color, Leaf, Part, SolidId, Solids};
 use super::syntax::{Tree, Value};
 use crate::scene::Operator;
-use crate::{Curves, ImportReport, LoadError, LoadOptions};
-use glam::{DAffine2, DAffine3, DMat2, DVec3};
+use crate::shared::messages::one_line;
+use crate::{Curves, Folder, ImportReport, LoadError, LoadOptions};
+use glam::{DAffine2, DAffine3, DMat2, DMat3, DVec3};
+use std::path::Path;
 
 /// What a node is, once its children are known.
 #[derive(Clone, Copy, Debug)]
@@ -28,11 +31,13 @@ struct Refusal {
 
 pub(super) struct Reader<'a> {
     tree: &'a Tree<'a>,
+    pub(super) folder: Folder,
     pub(super) curves: Curves,
     pub(super) report: &'a mut ImportReport,
     pub(super) lines: Vec<u32>,
     made: Vec<Made>,
     refusals: Vec<Refusal>,
+    budget: Budget,
     pub(super) solids: Solids,
     pub(super) outlines: Outlines,
 }
@@ -43,18 +48,22 @@ type Operands = Vec<Option<u32>>;
 pub(super) type Outcome<T> = Result<T, String>;
 
 impl<'a> Reader<'a> {
+    /// Takes the tree of the file at a path, by which others are named.
     pub fn new(
+        path: &Path,
         tree: &'a Tree<'a>,
         options: &LoadOptions,
         report: &'a mut ImportReport,
     ) -> Reader<'a> {
         Reader {
             tree,
+            folder: Folder::new(path, options),
             curves: options.scad_curves,
             report,
             lines: tree.lines(),
             made: vec![Made::Nothing; tree.nodes.len()],
             refusals: Vec::new(),
+            budget: Budget::default(),
             solids: Solids::default(),
             outlines: Outlines::default(),
         }
@@ -131,7 +140,7 @@ impl<'a> Reader<'a> {
                     Made::Outline(outline) => Some(self.as_seen(outline)),
                     Made::Refused(at) => {
                         let Refusal { row, .. } = &self.refusals[at as usize];
-                        let what = format!("% of {}()", self.tree.nodes[*row].name);
+                        let what = format!("% of {}()", brief(self.tree.nodes[*row].name));
                         self.report.add(&what);
                         None
                     }
@@ -169,7 +178,13 @@ impl<'a> Reader<'a> {
         if modifiers.is_disabled {
             return Made::Nothing;
         }
-        let made = self.kind(row).unwrap_or_else(|message| {
+        let mut made = self.budget.check().and_then(|()| self.kind(row));
+        if made.is_ok()
+            && let Err(message) = self.budget.count(&self.solids, &self.outlines)
+        {
+            made = Err(message);
+        }
+        let made = made.unwrap_or_else(|message| {
             self.refusals.push(Refusal { row, message });
             Made::Refused(self.refusals.len() as u32 - 1)
         });
@@ -215,6 +230,10 @@ impl<'a> Reader<'a> {
             "polyhedron" => {
                 let leaf = self.polyhedron(row)?;
                 self.leaf(line, leaf)
+            }
+            "import" => {
+                let mesh = self.import(row)?;
+                self.leaf(line, mesh)
             }
             "square" => {
                 let square = self.square(row);
@@ -342,12 +361,10 @@ impl<'a> Reader<'a> {
     fn matrix(&self, row: usize) -> Option<DAffine3> {
         let m = self.arguments(row, &["m"]).matrix("m");
         let m = m.unwrap_or(DAffine3::IDENTITY);
-        let size = m
-            .matrix3
-            .to_cols_array()
-            .iter()
-            .fold(0.0, |a: f64, x| a.max(x.abs()));
-        let determinant = (m.matrix3 * (1.0 / size)).determinant();
+        // Of directions: a matrix may scale one of them a great deal more than another.
+        let [x, y, z] = [m.matrix3.x_axis, m.matrix3.y_axis, m.matrix3.z_axis];
+        let axes = [x, y, z].map(DVec3::normalize_or_zero);
+        let determinant = DMat3::from_cols(axes[0], axes[1], axes[2]).determinant();
         let is_invertible = m.is_finite() && determinant.abs() > 1e-12;
         is_invertible.then_some(m)
     }
@@ -358,8 +375,7 @@ impl<'a> Reader<'a> {
         let m = m.unwrap_or(DAffine3::IDENTITY);
         let [x, y] = [m.matrix3.x_axis, m.matrix3.y_axis].map(DVec3::truncate);
         let matrix2 = DMat2::from_cols(x, y);
-        let size = x.abs().max(y.abs()).max_element();
-        let determinant = (matrix2 * (1.0 / size)).determinant();
+        let determinant = x.normalize_or_zero().perp_dot(y.normalize_or_zero());
         let map = DAffine2 {
             matrix2,
             translation: m.translation.truncate(),
@@ -383,7 +399,8 @@ impl<'a> Reader<'a> {
                 })
             }
             Some(Value::Text(name)) => Err(format!(
-                "the colour '{name}' is a name; a .csg file that OpenSCAD writes has its numbers"
+                "the colour '{}' is a name; a .csg file that OpenSCAD writes has its numbers",
+                brief(name)
             )),
             _ => Ok(None),
         }
@@ -423,12 +440,22 @@ pub(super) fn radius(of: &Arguments, radius: &str, diameter: &str, default: f64)
 /// Says why a node is not drawn, and what to do.
 fn refusal(name: &str) -> String {
     let what = match name {
-        "text" | "import" | "surface" | "minkowski" | "projection" | "resize" => {
+        "text" | "surface" | "minkowski" | "projection" | "resize" => {
             format!("{name}() is not drawn")
         }
-        _ => format!("{name}() is no node that is known"),
+        _ => format!("{}() is no node that is known", brief(name)),
     };
     remedy(&what)
+}
+
+/// The most letters of a name that a message quotes.
+const MOST_LETTERS: usize = 40;
+
+/// Cuts a name short, and escapes what a terminal would obey.
+pub(super) fn brief(name: &str) -> String {
+    let head: String = name.chars().take(MOST_LETTERS).collect();
+    let end = if head.len() < name.len() { "…" } else { "" };
+    format!("{}{end}", one_line(&head))
 }
 
 /// Adds to a message what can be done.

@@ -1,14 +1,13 @@
 //! Operators on rings of corners, by the crate `i_overlay`, on a grid of a power of two: corners
 //! that come out are exact in f64, so edges that touch do not cross.
 
+use super::crossings;
 use crate::scene::Operator;
 use glam::DVec2;
 use i_overlay::core::fill_rule::FillRule;
 use i_overlay::core::overlay::{Overlay, ShapeType};
 use i_overlay::core::overlay_rule::OverlayRule;
 use i_overlay::i_float::int::point::IntPoint;
-use i_overlay::mesh::float::outline::offset::OutlineOffset;
-use i_overlay::mesh::float::style::{LineJoin, OutlineStyle};
 
 /// Rings of corners; what an odd number of them goes around is inside.
 pub(super) type Rings = Vec<Vec<DVec2>>;
@@ -53,7 +52,7 @@ impl Grid {
 }
 
 /// Refuses more corners than operators work on.
-fn few_enough<'a>(all: impl Iterator<Item = &'a Rings>) -> Result<(), String> {
+pub(super) fn few_enough<'a>(all: impl Iterator<Item = &'a Rings>) -> Result<(), String> {
     let corners: usize = all.flatten().map(Vec::len).sum();
     match corners <= MOST_CORNERS {
         true => Ok(()),
@@ -74,30 +73,43 @@ pub(super) fn combined(
     Ok(match operator {
         Operator::Intersection => {
             let first = operands.next().unwrap_or_default();
-            operands.fold(first, |a, b| overlaid(&a, &b, OverlayRule::Intersect, grid))
+            let both = |a, b| even_odd(&a, &b, OverlayRule::Intersect, grid);
+            operands.try_fold(first, both)?
         }
         Operator::Difference => {
             let first = operands.next().unwrap_or_default();
-            let others = united(operands.collect(), grid);
-            overlaid(&first, &others, OverlayRule::Difference, grid)
+            let others = united(operands.collect(), grid)?;
+            even_odd(&first, &others, OverlayRule::Difference, grid)?
         }
-        _ => united(operands.collect(), grid),
+        _ => united(operands.collect(), grid)?,
     })
 }
 
 /// Unites rings by halves, so that many take hardly longer than few.
-fn united(mut operands: Vec<Rings>, grid: &Grid) -> Rings {
+fn united(mut operands: Vec<Rings>, grid: &Grid) -> Result<Rings, String> {
     while operands.len() > 1 {
         let pair = |pair: &[Rings]| match pair {
-            [a, b] => overlaid(a, b, OverlayRule::Union, grid),
-            _ => pair.concat(),
+            [a, b] => even_odd(a, b, OverlayRule::Union, grid),
+            _ => Ok(pair.concat()),
         };
-        operands = operands.chunks(2).map(pair).collect();
+        operands = operands.chunks(2).map(pair).collect::<Result<_, _>>()?;
     }
-    operands.pop().unwrap_or_default()
+    Ok(operands.pop().unwrap_or_default())
 }
 
-fn overlaid(one: &Rings, other: &Rings, rule: OverlayRule, grid: &Grid) -> Rings {
+fn even_odd(one: &Rings, other: &Rings, rule: OverlayRule, grid: &Grid) -> Result<Rings, String> {
+    overlaid(one, other, rule, FillRule::EvenOdd, grid)
+}
+
+/// Fails where edges cross too often, or too many corners come out.
+fn overlaid(
+    one: &Rings,
+    other: &Rings,
+    rule: OverlayRule,
+    fill: FillRule,
+    grid: &Grid,
+) -> Result<Rings, String> {
+    crossings::few_enough([one, other].into_iter())?;
     let corners = one.iter().chain(other).map(Vec::len).sum();
     let mut overlay = Overlay::<i64>::new(corners);
     for (rings, side) in [(one, ShapeType::Subject), (other, ShapeType::Clip)] {
@@ -105,60 +117,27 @@ fn overlaid(one: &Rings, other: &Rings, rule: OverlayRule, grid: &Grid) -> Rings
             overlay.add_contour(&grid.to(ring), side);
         }
     }
-    let shapes = overlay.overlay(rule, FillRule::EvenOdd);
-    shapes
-        .iter()
-        .flatten()
-        .map(|ring| grid.back(ring))
-        .collect()
+    let shapes = overlay.overlay(rule, fill);
+    let rings = shapes.iter().flatten().map(|ring| grid.back(ring));
+    let rings = rings.collect();
+    few_enough(std::iter::once(&rings))?;
+    Ok(rings)
 }
 
 /// Makes rings whose edges do not cross, by the even-odd rule.
 pub(super) fn cleaned(rings: &Rings) -> Result<Rings, String> {
     few_enough(std::iter::once(rings))?;
     let grid = Grid::of(rings.iter());
-    Ok(overlaid(rings, &Vec::new(), OverlayRule::Subject, &grid))
+    even_odd(rings, &Vec::new(), OverlayRule::Subject, &grid)
 }
 
-/// How the corners of an offset look.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Corner {
-    /// Round, with so many sides to a circle.
-    Round(u32),
-    Sharp,
-    Cut,
-}
-
-/// Moves the edges of rings outward by a distance, or inward by one below 0.
-pub(super) fn offset(rings: &Rings, by: f64, corner: Corner) -> Result<Rings, String> {
-    few_enough(std::iter::once(rings))?;
-    if by == 0.0 || rings.is_empty() {
-        return Ok(rings.clone());
-    }
-    // Outlines run counter-clockwise, and holes clockwise, as the crate leaves them.
-    let rings = cleaned(rings)?;
-    let size = rings
-        .iter()
-        .flatten()
-        .fold(by.abs(), |most, p| most.max(p.abs().max_element()));
-    if !(size < 1e150 && size > 1e-150) {
-        return Err("the outline is too large or too small to be offset".into());
-    }
-    let join = match corner {
-        Corner::Round(sides) => LineJoin::Round(std::f64::consts::TAU / f64::from(sides)),
-        Corner::Sharp => LineJoin::Miter(0.01 * std::f64::consts::PI),
-        Corner::Cut => LineJoin::Bevel,
-    };
-    let rows: Vec<Vec<[f64; 2]>> = rings
-        .iter()
-        .map(|ring| ring.iter().map(|p| p.to_array()).collect())
-        .collect();
-    let style = OutlineStyle::new(by).line_join(join).miter_min_turn(0.0);
-    let moved = rows.outline_as::<i64>(&style);
-    let moved: Rings = moved
-        .into_iter()
-        .flatten()
-        .map(|ring| ring.into_iter().map(DVec2::from_array).collect())
-        .collect();
-    cleaned(&moved)
+/// Makes the rings of what is wound around a positive number of times.
+pub(super) fn positive(rings: &Rings, grid: &Grid) -> Result<Rings, String> {
+    overlaid(
+        rings,
+        &Vec::new(),
+        OverlayRule::Subject,
+        FillRule::Positive,
+        grid,
+    )
 }

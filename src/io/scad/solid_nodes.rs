@@ -1,6 +1,7 @@
 //! The solids that a node is by itself: `cube`, `sphere`, `cylinder`, `polyhedron`.
 
 use super::arguments;
+use super::budget;
 use super::curves;
 use super::facets;
 use super::nodes::{Outcome, Reader, is_size, radius};
@@ -27,7 +28,10 @@ impl Reader<'_> {
             return Ok(None);
         }
         match curves::sides_if_any(self.curves, &of, radius) {
-            Some(sides) => facets::of_rings(&curves::sphere(radius, sides)).map(Some),
+            Some(sides) => {
+                budget::fits((sides as usize).pow(2))?;
+                facets::of_rings(&curves::sphere(radius, sides)).map(Some)
+            }
             None => Ok(Some(Leaf::Sphere {
                 center: DVec3::ZERO,
                 radius,

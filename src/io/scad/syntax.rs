@@ -4,6 +4,7 @@
 //! modifiers may stand. Nothing recurses but lists in arguments, whose depth is bounded, so
 //! any text is read in linear time and room.
 
+use super::nodes::brief;
 use crate::LoadError;
 use crate::shared::line_column::line_column;
 use crate::shared::messages::one_line;
@@ -223,7 +224,8 @@ impl<'t> Parser<'t> {
                     return Ok(());
                 };
                 let node = &self.tree.nodes[*row as usize];
-                let message = format!("{}() is not closed at the end of the file", node.name);
+                let name = brief(node.name);
+                let message = format!("{name}() is not closed at the end of the file");
                 return self.error(node.at, message);
             };
             match next {
@@ -293,8 +295,9 @@ impl<'t> Parser<'t> {
             return self.error(
                 at,
                 format!(
-                    "'{name}' is OpenSCAD's language, which only OpenSCAD reads; let it write \
-                     what it makes: openscad -o part.csg part.scad"
+                    "'{}' is OpenSCAD's language, which only OpenSCAD reads; let it write what it \
+                     makes: openscad -o part.csg part.scad",
+                    brief(name)
                 ),
             );
         }

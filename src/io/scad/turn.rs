@@ -100,16 +100,20 @@ fn cone(mut low: DVec2, mut high: DVec2) -> Option<Leaf> {
     })
 }
 
-/// Sweeps a disc, if the map leaves it one.
-fn of_disc(radius: f64, map: &DAffine2, line: u32, solids: &mut Solids) -> Option<SolidId> {
+/// Says whether a map leaves discs round.
+pub(super) fn is_round(map: &DAffine2) -> bool {
     let [u, v] = [map.matrix2.x_axis, map.matrix2.y_axis];
     let (a, b) = (u.length(), v.length());
-    let is_round = (a - b).abs() <= SIX_DIGITS * a.max(b) && u.dot(v).abs() <= SIX_DIGITS * a * b;
-    if !is_round {
+    (a - b).abs() <= SIX_DIGITS * a.max(b) && u.dot(v).abs() <= SIX_DIGITS * a * b
+}
+
+/// Sweeps a disc, if the map leaves it one.
+fn of_disc(radius: f64, map: &DAffine2, line: u32, solids: &mut Solids) -> Option<SolidId> {
+    if !is_round(map) {
         let ring = curves::circle(radius, curves::FINE_SIDES);
         return of_rings(&[ring], map, line, solids);
     }
-    let (center, minor) = (map.translation, radius * a);
+    let (center, minor) = (map.translation, radius * map.matrix2.x_axis.length());
     let up = DAffine3::from_translation(DVec3::new(0.0, 0.0, center.y));
     let ball = |radius: f64, solids: &mut Solids| {
         let ball = Leaf::Sphere {

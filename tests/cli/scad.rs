@@ -1,0 +1,154 @@
+//! OpenSCAD's files from outside: what `measure` calls their parts, and a command `openscad` that
+//! fails, warns, says nothing or does not end. A script plays it, so that none need be installed.
+
+use super::run::{folder, lanecast, names, stderr, stdout};
+
+#[test]
+fn measure_names_ghosts_by_their_modifier() {
+    let folder = folder();
+    let text = "%cube(size = [9, 9, 9]);\ncube(size = [2, 2, 2]);\n\
+                difference() { cube(size = [1, 1, 1]); #sphere(r = 1); }\n";
+    std::fs::write(folder.path().join("a.csg"), text).unwrap();
+    let output = lanecast(folder.path(), &["measure", "a.csg", "--json", "-"]);
+    let report: serde_json::Value = serde_json::from_str(stdout(&output)).unwrap();
+    let rows = report["solids"].as_array().unwrap();
+    let rows: Vec<(&str, f64)> = rows
+        .iter()
+        .map(|row| {
+            (
+                row["name"].as_str().unwrap(),
+                row["volume"].as_f64().unwrap(),
+            )
+        })
+        .collect();
+    assert_eq!(rows.len(), 3, "{rows:?}");
+    assert_eq!(rows[0].0, "union");
+    assert!((rows[0].1 - 8.0).abs() < 1e-6, "{rows:?}");
+    assert_eq!(rows[1], ("% line 1", 729.0));
+    assert_eq!(rows[2].0, "# line 3");
+}
+
+#[cfg(unix)]
+mod program {
+    use super::*;
+    use std::os::unix::fs::PermissionsExt;
+    use std::path::Path;
+    use std::process::{Command, Output, Stdio};
+    use std::time::{Duration, Instant};
+
+    /// The command with a program, in a folder whose `openscad` runs a script; `$2` is the file that
+    /// it should write.
+    fn command(folder: &Path, script: &str) -> Command {
+        let openscad = folder.join("openscad");
+        std::fs::write(&openscad, format!("#!/bin/sh\n{script}\n")).unwrap();
+        std::fs::set_permissions(&openscad, PermissionsExt::from_mode(0o755)).unwrap();
+        std::fs::write(folder.join("part.scad"), "cube(1);").unwrap();
+        let temporary = folder.join("temporary");
+        std::fs::create_dir_all(&temporary).unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_lanecast"));
+        command
+            .current_dir(folder)
+            .args(["measure", "part.scad"])
+            .env("PATH", format!("{}:/usr/bin:/bin", folder.display()))
+            .env("TMPDIR", temporary)
+            .stdin(Stdio::null());
+        command
+    }
+
+    fn run(script: &str) -> Output {
+        let folder = folder();
+        let output = command(folder.path(), script).output().unwrap();
+        assert!(names(&folder.path().join("temporary")).is_empty());
+        output
+    }
+
+    fn fails(script: &str, says: &str) {
+        let output = run(script);
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(3), "{script}: {said}");
+        assert!(said.starts_with("error: part.scad: "), "{said}");
+        assert!(said.contains(says), "{script}: {said}");
+    }
+
+    #[test]
+    fn what_openscad_says_counts() {
+        let writes = "echo 'cube(size = [2, 2, 2]);' >\"$2\"";
+        let output = run(writes);
+        assert!(output.status.success() && stderr(&output).is_empty());
+        assert!(stdout(&output).contains("8.0000000"));
+        // It ends well after an assertion that fails, and has written half of it.
+        let asserts = format!("{writes}; echo \"ERROR: Assertion 'false' failed\" >&2");
+        fails(&asserts, "openscad failed: ERROR: Assertion 'false' failed");
+        let warns = format!(
+            "{writes}; echo 'ECHO: WARNING: no' >&2; echo 'WARNING: first' >&2; \
+             echo 'WARNING: second' >&2"
+        );
+        let output = run(&warns);
+        let said = stderr(&output);
+        assert!(output.status.success());
+        assert_eq!(said.lines().count(), 1, "{said}");
+        assert!(
+            said.contains("2 × ") && said.contains("first: WARNING: first"),
+            "{said}"
+        );
+        fails("echo 'no screen' >&2; exit 1", "openscad failed: no screen");
+        fails("exit 1", "openscad failed: it says no more");
+        fails("exit 0", "openscad has written no .csg");
+    }
+
+    #[test]
+    fn what_is_unusable_is_named() {
+        let folder = folder();
+        let at = folder.path();
+        let output = command(at, "").env("TMPDIR", "/nowhere").output().unwrap();
+        let said = stderr(&output);
+        assert!(
+            said.contains("/nowhere") && said.contains("set TMPDIR"),
+            "{said}"
+        );
+        let output = command(at, "").env("PATH", "/nowhere").output().unwrap();
+        assert!(stderr(&output).contains("without the command openscad on the path"));
+        let mut command = command(at, "");
+        std::fs::write(at.join("openscad"), [0; 9]).unwrap();
+        let said = command.output().unwrap();
+        assert!(
+            stderr(&said).contains("the command openscad cannot be run"),
+            "{said:?}"
+        );
+    }
+
+    /// A signal ends both programs, and leaves no file.
+    #[test]
+    fn openscad_does_not_outlive_the_command() {
+        let folder = folder();
+        let at = folder.path();
+        let script = format!(
+            "echo $$ >'{0}/new'; mv '{0}/new' '{0}/id'; exec sleep 1000",
+            at.display()
+        );
+        let child = command(at, &script).stderr(Stdio::piped()).spawn().unwrap();
+        let start = Instant::now();
+        let id = loop {
+            if let Ok(id) = std::fs::read_to_string(at.join("id")) {
+                break id;
+            }
+            assert!(start.elapsed() < Duration::from_secs(60));
+            std::thread::sleep(Duration::from_millis(10));
+        };
+        let is_there = || {
+            let mut kill = Command::new("kill");
+            kill.args(["-0", id.trim()]).stderr(Stdio::null());
+            kill.status().unwrap().success()
+        };
+        assert!(is_there());
+        let sent = Command::new("kill")
+            .args(["-INT", &child.id().to_string()])
+            .status();
+        assert!(sent.unwrap().success());
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(130));
+        assert!(stderr(&output).contains("interrupted"));
+        assert!(!is_there());
+        assert!(names(&at.join("temporary")).is_empty());
+    }
+}

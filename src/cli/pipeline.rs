@@ -59,6 +59,12 @@ pub fn load(
                     .into(),
             ));
         }
+        None if options.animation.as_ref().is_some_and(|a| a.name.is_some()) => {
+            return Err(CliError::Usage(
+                "--animation is of a glTF file, and no scene is named; name one, or leave it out"
+                    .into(),
+            ));
+        }
         None => builtin().map_err(|e| CliError::Usage(e.to_string()))?,
     };
     stats.stages.push(watch.stage("load"));

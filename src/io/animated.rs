@@ -1,6 +1,6 @@
 //! Which animation of a file is shown, and at which times.
 
-use crate::scene::Timeline;
+use crate::scene::{FRAMED_TIMES, Timeline};
 
 /// The animation to show.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,7 +24,8 @@ const MOST: usize = 1 << 16;
 
 impl Animated {
     /// Lists times, rising from 0 and up to 1, at which vertices of a motion of so many seconds
-    /// are computed: those of all frames, and with a shutter some between.
+    /// are computed: those of all frames, with a shutter some between, and those of the default
+    /// view.
     pub fn samples(&self, seconds: f64) -> Vec<f64> {
         let line = &self.timeline;
         let parts = match self.blurs {
@@ -50,8 +51,11 @@ impl Animated {
             }
             last = to + 1;
         }
-        // Later frames are as the end is.
-        all.push(1.0);
+        // A view frames the motion at these times, whatever the frames asked for; later frames are
+        // as the end is.
+        let last = f64::from(FRAMED_TIMES - 1);
+        all.extend((1..FRAMED_TIMES).map(|i| f64::from(i) / last));
+        all.sort_unstable_by(f64::total_cmp);
         all.dedup();
         all
     }
@@ -70,10 +74,11 @@ mod tests {
             margin: 1,
             blurs: false,
         };
-        assert_eq!(animated.samples(7.0), [0.0, 0.25, 0.5, 0.75, 1.0]);
+        let view: Vec<f64> = (0..17).map(|i| f64::from(i) / 16.0).collect();
+        assert_eq!(animated.samples(7.0), view);
         animated.blurs = true;
         let samples = animated.samples(0.1);
-        assert_eq!(samples.len(), 17);
+        assert_eq!(samples, view);
         assert!(samples.windows(2).all(|pair| pair[0] < pair[1]));
         animated.timeline = Timeline {
             pace: Pace::PerSecond(10.0),
@@ -91,6 +96,6 @@ mod tests {
             );
         }
         assert_eq!(samples[samples.len() - 1], 1.0);
-        assert!(!samples.contains(&animated.timeline.time(5, 2.0)));
+        assert!(!samples.contains(&animated.timeline.time(13, 2.0)));
     }
 }

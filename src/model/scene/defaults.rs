@@ -1,13 +1,13 @@
 //! A default view and default lights for scenes without their own.
 //!
 //! The view looks from front-right-above and frames the boxes of all bounded instances, as
-//! large as they fit. The lights follow the camera: a headlight, and a weaker key light
+//! large as they fit; of a scene that moves at all times. The lights follow the camera: a headlight, and a weaker key light
 //! from its upper left, which shows the shapes. Together they give a white Lambert surface
 //! that faces the camera a radiance of 0.9.
 
 use super::hull::coarse_corners;
 use super::primitives::shape_bounds;
-use super::{Camera, Instances, Light, Shape, Tables};
+use super::{Camera, Instances, Light, Scene, Shape, Tables};
 use crate::math::Aabb;
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -40,11 +40,51 @@ fn bounds_of(points: &Points) -> Aabb {
 
 /// Returns a view of all bounded instances; `aspect` is width over height.
 pub fn default_camera(scene: &Tables, instances: &Instances, aspect: f64) -> Camera {
-    let points = Points::of(scene, instances);
-    let bounds = bounds_of(&points);
-    let framed = !bounds.is_empty() && bounds.max_abs() < 1e150;
+    framing(&Points::of(scene, instances), aspect)
+}
+
+/// Times of a motion that its default view frames, evenly from 0 to 1.
+pub const FRAMED_TIMES: u32 = 17;
+
+/// Returns a view of all bounded instances that stands still while a scene moves, and frames it at
+/// some times: at each by a box along the view.
+pub fn default_camera_of_motion(scene: &Scene, aspect: f64) -> Camera {
+    let axes = view_axes();
+    let mut corners = Vec::new();
+    for i in 0..FRAMED_TIMES {
+        let time = f64::from(i) / f64::from(FRAMED_TIMES - 1);
+        // A time at which the scene cannot be made has an error of its own where it is drawn.
+        let Ok(scene) = scene.clone().at(time) else {
+            continue;
+        };
+        let Ok(instances) = Instances::of(&scene) else {
+            continue;
+        };
+        let mut seen = Aabb::EMPTY;
+        Points::of(&scene, &instances).each(|p| {
+            let p = axes.map(|axis| p.dot(axis));
+            let p = DVec3::from_array(p);
+            seen = seen.union(&Aabb::new(p, p));
+        });
+        if !seen.is_empty() {
+            let place = |p: DVec3| axes[0] * p.x + axes[1] * p.y + axes[2] * p.z;
+            corners.extend(seen.corners().map(place));
+        }
+    }
+    framing(&Points::Corners(corners), aspect)
+}
+
+/// Returns the axes of the default view: right, up, and towards the eye.
+fn view_axes() -> [DVec3; 3] {
     let back = TOWARDS_EYE.normalize();
     let axes = Camera::perspective(back, DVec3::ZERO, DVec3::Y, FOV_Y);
+    [axes.right, axes.up, back]
+}
+
+fn framing(points: &Points, aspect: f64) -> Camera {
+    let bounds = bounds_of(points);
+    let framed = !bounds.is_empty() && bounds.max_abs() < 1e150;
+    let [right, up, back] = view_axes();
     // A scene of half-spaces only, or one too large for any view, is framed as a unit
     // sphere.
     let (center, radius) = if framed {
@@ -52,11 +92,11 @@ pub fn default_camera(scene: &Tables, instances: &Instances, aspect: f64) -> Cam
         let mut seen = Aabb::EMPTY;
         points.each(|p| {
             let p = p - bounds.center();
-            let p = DVec3::new(p.dot(axes.right), p.dot(axes.up), p.dot(back));
+            let p = DVec3::new(p.dot(right), p.dot(up), p.dot(back));
             seen = seen.union(&Aabb::new(p, p));
         });
         let seen = seen.center();
-        let middle = axes.right * seen.x + axes.up * seen.y + back * seen.z;
+        let middle = right * seen.x + up * seen.y + back * seen.z;
         (bounds.center() + middle, bounds.diagonal() * 0.5)
     } else {
         (DVec3::ZERO, 1.0)
@@ -70,7 +110,7 @@ pub fn default_camera(scene: &Tables, instances: &Instances, aspect: f64) -> Cam
     // z + |x| / tan on.
     let needed = |p: DVec3| {
         let p = p - center;
-        let aside = (p.dot(axes.right).abs() / tan_x).max(p.dot(axes.up).abs() / tan_y);
+        let aside = (p.dot(right).abs() / tan_x).max(p.dot(up).abs() / tan_y);
         p.dot(back) + aside * MARGIN
     };
     let distance = if framed {

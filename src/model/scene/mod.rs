@@ -55,7 +55,9 @@ pub use csg_bounds::operand_bounds;
 pub use csg_solid::operands_first;
 pub use csg_solid::{CsgOperand, CsgSolid, Frame, MAX_OPERANDS, MAX_SURFACES};
 pub use csg_tables::{CsgTables, Operand};
-pub use defaults::{default_camera, default_lights, framed_bounds};
+pub use defaults::{
+    FRAMED_TIMES, default_camera, default_camera_of_motion, default_lights, framed_bounds,
+};
 pub use deformation::Deformations;
 pub use error::{Entity, EntityKind, SceneError};
 pub use graph_order::{children_first, used_nodes};
@@ -183,7 +185,10 @@ impl Scene {
         let camera = match camera {
             Some(row) => self.cameras.rows[row],
             None => {
-                let camera = default_camera(&self, instances, aspect);
+                let camera = match self.moves() {
+                    true => default_camera_of_motion(&self, aspect),
+                    false => default_camera(&self, instances, aspect),
+                };
                 Arc::make_mut(&mut self.tables).cameras.rows.push(camera);
                 camera
             }

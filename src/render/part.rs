@@ -54,9 +54,9 @@ pub fn render_part(
     // Whatever the number of samples of a part, the whole has more.
     picture.picks_texels = true;
     let generator = RayGenerator::new(view.camera, width, height, config.grid);
-    let picture = match slices {
+    let (picture, mut counts) = match slices {
         None => picture.cached(view, config, &generator, progress),
-        Some(_) => picture,
+        Some(_) => (picture, RayCounts::default()),
     };
     let blur = slices.map(|slices| Blur::new(view, slices, config, Some(&picture)));
     let blur = blur.transpose()?;
@@ -72,9 +72,10 @@ pub fn render_part(
         config.integrator == Integrator::Path,
     ];
     let key = picture_key(view, config);
+    counts.add(&sums.counts);
     Ok((
         Part::new((width, height), samples, flags, key, sums.all),
-        sums.counts,
+        counts,
     ))
 }
 

@@ -171,7 +171,6 @@ fn render_tiles(
     }
     let (side, tiles) = tiling(config);
     let columns = config.width.div_ceil(side);
-    progress.start(tiles);
     let has_alpha = config.backdrop == Backdrop::Transparent;
     let picture = blank(config.width, config.height, config.aovs, has_alpha);
     let pixels = match config.integrator {
@@ -219,8 +218,10 @@ fn render_tiles(
     let whole = morton_order((side, side));
     let paths = PathPicture::new(view, config).map(|picture| match slices {
         None => picture.cached(view, config, &generator, progress),
-        Some(_) => picture,
+        Some(_) => (picture, RayCounts::default()),
     });
+    let (paths, of_cache) = paths.unzip();
+    progress.start(tiles);
     let film = render_film((view, slices), config, paths.as_ref(), (tiles, progress))?;
     let material_flags = MaterialFlags::new(&view.world.scene.materials.rows);
     let order = |number: u32| {
@@ -268,6 +269,7 @@ fn render_tiles(
         return Err(RenderError::Interrupted);
     }
     let mut done = done.into_inner().unwrap_or_else(|e| e.into_inner());
+    done.counts.add(&of_cache.unwrap_or_default());
     if let Some(film) = &film {
         film.put(&outputs, &mut done.picture);
         done.counts.add(&film.counts);

@@ -4,7 +4,9 @@ use glam::DAffine3;
 use lanecast::internals::light::filter::Kind as FilterKind;
 use lanecast::internals::math::Affine;
 use lanecast::internals::render::{Exposure, Integrator};
-use lanecast::internals::scene::{Environment, Interpolation, Key, ShutterShape};
+use lanecast::internals::scene::{
+    Environment, Falloff, Interpolation, Key, Light, Model, ShutterShape,
+};
 use lanecast::shapes::{Cuboid, Cylinder, Sphere};
 use lanecast::{
     Camera, DVec3, Edge, Material, MeshData, Picture, RenderConfig, Scene, SceneBuilder, Tracer,
@@ -110,6 +112,61 @@ fn a_moving_edge_is_a_ramp() {
         let seen = wall.at((x, 0.0), Some(exposure(-1.0, 1.0)));
         let expected = if x > 0.0 { 0.5 * (1.0 - x) } else { seen };
         assert!((seen - expected).abs() < slice, "{x} {seen}");
+    }
+}
+
+/// A matte floor under a point light that passes over it from x = −a to a at height h: the mean of
+/// I h / (x² + h²)^(3/2) is I / (h √(a² + h²)).
+#[test]
+fn a_light_that_passes_over_a_floor_leaves_its_mean() {
+    let (a, h) = (3.0, 2.0);
+    for integrator in [Integrator::Path, Integrator::Direct] {
+        let mut scene = SceneBuilder::default();
+        let floor = scene.polygon(
+            "",
+            &[
+                DVec3::new(-9.0, -9.0, 0.0),
+                DVec3::new(9.0, -9.0, 0.0),
+                DVec3::new(9.0, 9.0, 0.0),
+                DVec3::new(-9.0, 9.0, 0.0),
+            ],
+            &[],
+        );
+        let white = Material {
+            model: Model::Phong {
+                diffuse: [1.0; 3],
+                specular: [0.0; 3],
+                exponent: 1.0,
+                mirror: [0.0; 3],
+            },
+            ..Material::default()
+        };
+        let white = scene.material("", white);
+        scene.instance("", Edge::shape(floor).material(white));
+        let at = |x: f64| Light::Point {
+            position: DVec3::new(x, 0.0, h),
+            intensity: [1.0; 3],
+            falloff: Falloff::InverseSquare,
+            radius: 0.0,
+        };
+        let light = scene.light(at(-a));
+        scene.move_light(light, &[(0.0, at(-a)), (1.0, at(a))]);
+        let eye = DVec3::Z * 10.0;
+        scene.camera("", Camera::orthographic(eye, DVec3::ZERO, DVec3::Y, 1e-6));
+        let config = RenderConfig {
+            width: 4,
+            height: 4,
+            spp: 1024,
+            integrator,
+            filter: FilterKind::Box,
+            max_depth: 1,
+            shutter: Some(exposure(0.0, 1.0)),
+            ..RenderConfig::default()
+        };
+        let seen = mean(&rendered(&scene.finish().unwrap(), &config));
+        let expected = 1.0 / (h * (a * a + h * h).sqrt()) / std::f64::consts::PI;
+        let error = (seen / expected - 1.0).abs();
+        assert!(error < 2e-3, "{integrator:?}: {seen} {expected}");
     }
 }
 

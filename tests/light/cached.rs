@@ -1,8 +1,12 @@
 //! Pictures of a cache of indirect light against pictures of paths.
 
+use lanecast::internals::accel::{Structure, World};
 use lanecast::internals::light::filter::Kind;
-use lanecast::internals::render::{AovSet, Backdrop, IndirectCaching, Integrator};
-use lanecast::internals::scene::Environment;
+use lanecast::internals::plan::{Kernels, Precision, native_width};
+use lanecast::internals::render::{
+    AovSet, Backdrop, IndirectCaching, Integrator, Progress, View, render as drawn_by,
+};
+use lanecast::internals::scene::{Environment, Instances};
 use lanecast::shapes::{Cuboid, Sphere};
 use lanecast::{
     Camera, DVec3, Edge, Material, Picture, RenderConfig, Scene, SceneBuilder, Tracer,
@@ -111,6 +115,33 @@ fn a_cached_picture_is_nearly_right_and_less_noisy() {
     assert!(rms < 0.8 * noise, "{rms} of {noise}");
     let [bias, _] = errors(&render(&scene, &config(Some(0.4), true), None), &truth);
     assert!(bias.abs() < 0.003, "{bias}");
+}
+
+#[test]
+fn rays_that_fill_a_cache_are_counted() {
+    let scene = room();
+    let instances = Instances::of(&scene).unwrap();
+    let (scene, camera) = scene.completed(Some(0), &instances, 1.0);
+    let view = View {
+        world: &World::build(&scene, &instances, Structure::default()),
+        kernels: Kernels {
+            precision: Precision::Guarded,
+            lanes: native_width(),
+        },
+        camera,
+        lights: &scene.lights,
+    };
+    let drawn = |error| {
+        let progress = Progress::default();
+        drawn_by(&view, &config(error, false), false, &progress).unwrap()
+    };
+    let (plain, cached) = (drawn(None), drawn(Some(0.4)));
+    assert_eq!(plain.records, None);
+    let records = cached.records.unwrap() as u64;
+    assert!(records > 0);
+    // Each takes two hundred at least; the picture's own are fewer than without a cache.
+    let many = cached.counts.reflection;
+    assert!(many > 200 * records, "{many} rays for {records} records");
 }
 
 /// What a cache gives is light of other surfaces that is scattered diffusely; layers add up to the

@@ -7,6 +7,7 @@ use crate::light::sampler::{Kind, Sampler};
 use crate::light::sampling::cosine_hemisphere;
 use crate::render::paths::PathPicture;
 use crate::render::tile::Worker;
+use crate::shade::RayCounts;
 use crate::shade::path::{
     IrradianceRecord, Missed, PathScratch, PathTracer, SECTORS, SampleNumbers, Seen, Slot,
     sector_direction,
@@ -251,6 +252,7 @@ impl Filler<'_> {
                     }
                 }
             }
+            self.count(&rays.counts);
             drop(rays);
             arena.reset();
         });
@@ -373,6 +375,7 @@ struct Rays<'b, 'a> {
     places: Vec<usize>,
     slots: &'b mut [Slot],
     cache: ShadowCache,
+    counts: RayCounts,
 }
 
 impl<'b, 'a> Rays<'b, 'a> {
@@ -390,6 +393,7 @@ impl<'b, 'a> Rays<'b, 'a> {
             places: Vec::with_capacity(slots.len()),
             slots,
             cache: ShadowCache::new(shadow_cache),
+            counts: RayCounts::default(),
         }
     }
 
@@ -433,6 +437,7 @@ impl<'b, 'a> Rays<'b, 'a> {
             &mut self.cache,
             statistics,
         );
+        self.counts.add(&statistics.counts);
     }
 
     /// Lists places of the rays, and how far they have reached.

@@ -26,6 +26,8 @@ use crate::shade::path::{
 };
 use crate::trace::{ScratchPool, ShadowCache};
 use rayon::prelude::*;
+use std::sync::Mutex;
+use std::sync::atomic::Ordering::Relaxed;
 
 /// How indirect light is cached.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,16 +54,16 @@ impl PathPicture {
         self.cache.as_ref().map(|(cache, _)| cache.records.len())
     }
 
-    /// Fills the cache of a picture, if it is to have one.
+    /// Fills the cache of a picture, if it is to have one, and returns the rays that this took.
     pub fn cached(
         mut self,
         view: &View,
         config: &RenderConfig,
         generator: &RayGenerator,
         progress: &Progress,
-    ) -> PathPicture {
+    ) -> (PathPicture, RayCounts) {
         let Some(caching) = config.caching.filter(|_| self.max_depth > 1) else {
-            return self;
+            return (self, RayCounts::default());
         };
         self.cache = Some((Irradiance::default(), UseMode::Probe));
         let filler = Filler {
@@ -71,6 +73,7 @@ impl PathPicture {
             progress,
             caching,
             workers: ScratchPool::default(),
+            counts: Mutex::default(),
         };
         let records = filler.fill(&mut self);
         let mode = match caching.is_unbiased {
@@ -78,7 +81,8 @@ impl PathPicture {
             false => UseMode::Final,
         };
         self.cache = Some((Irradiance::new(records), mode));
-        self
+        let counts = filler.counts.into_inner();
+        (self, counts.unwrap_or_else(|e| e.into_inner()))
     }
 }
 
@@ -90,6 +94,8 @@ struct Filler<'a> {
     progress: &'a Progress,
     caching: IndirectCaching,
     workers: ScratchPool<Worker>,
+    /// All rays so far.
+    counts: Mutex<RayCounts>,
 }
 
 /// A point without a record, seen at a pixel.
@@ -97,12 +103,21 @@ type Asked = ((u32, u32), Missed);
 
 impl Filler<'_> {
     fn fill(&self, picture: &mut PathPicture) -> Vec<IrradianceRecord> {
+        self.progress.start(STRIDES.len() as u32);
         for stride in STRIDES {
             let asked = self.probe(picture, stride);
             self.add(picture, asked);
+            self.progress.add_tile(0);
         }
         let cache = picture.cache.take().map(|(cache, _)| cache);
         cache.unwrap_or_default().records
+    }
+
+    /// Counts rays.
+    fn count(&self, counts: &RayCounts) {
+        self.progress.rays.fetch_add(counts.total(), Relaxed);
+        let mut all = self.counts.lock().unwrap_or_else(|e| e.into_inner());
+        all.add(counts);
     }
 
     /// Adds to a picture's cache the records of some points, as far as those before them leave
@@ -177,13 +192,15 @@ impl Filler<'_> {
                 tile.queue_rays(0, &mut scratch);
                 let slots = &mut vec![Slot::default(); order.len()];
                 let cache = &mut ShadowCache::new(self.config.shadow_cache);
+                let statistics = &mut statistics();
                 tile.tracer().run(
                     &mut scratch,
                     SampleNumbers::One(0),
                     slots,
                     cache,
-                    &mut statistics(),
+                    statistics,
                 );
+                self.count(&statistics.counts);
                 let missed = scratch.take_missed();
                 drop(scratch);
                 arena.reset();

@@ -64,7 +64,7 @@ impl Luminaires {
             let [a, b] = [(before, instances_before), (scene, instances)];
             a.1.object_from_world(a.0, *id) == b.1.object_from_world(b.0, *id)
         };
-        if self.owners.keys().all(stays) {
+        if before.lights == scene.lights && self.owners.keys().all(stays) {
             return None;
         }
         let all = Gathered::of((scene, instances), &scene.lights);

@@ -250,6 +250,27 @@ fn cameras_and_lights_move_with_their_nodes() {
         assert!((position - place).length() < 1e-6, "{time}");
         assert_eq!(direction, -DVec3::Z);
     }
+    // A turn of the node takes what is below it round.
+    let turned = 0.5_f32.sqrt();
+    let turn = [0., 0., 0., 1., 0., turned, 0., turned];
+    let document = moving(&[("rotation", "LINEAR", &[0.0, 1.0], &turn)]);
+    let options = options(Some("walk"), per_second(4.0, 5));
+    let scene = loaded(&document, &options).unwrap().scene;
+    for quarter in 0..=4 {
+        let time = f64::from(quarter) / 4.0;
+        let scene = scene.clone().at(time).unwrap();
+        let (sin, cos) = (90.0 * time).to_radians().sin_cos();
+        let back = DVec3::new(sin, 0.0, cos);
+        let place = DVec3::splat(9.0) + back * 2.0;
+        assert!(
+            (scene.cameras.rows[0].eye - place).length() < 1e-6,
+            "{time}"
+        );
+        assert!(
+            (scene.cameras.rows[0].forward + back).length() < 1e-6,
+            "{time}"
+        );
+    }
 }
 
 #[test]

@@ -4,8 +4,9 @@
 //! read, because the corners define them more precisely, and may be anything.
 //!
 //! A file whose length is the one that its binary header announces is binary; another one
-//! that begins with "solid" is ASCII; and what is left is binary, of as many triangles as
-//! its length holds, whatever the header says. In ASCII a solid may lack its end, or have
+//! that begins with "solid" and has no zero byte is ASCII; and what is left is binary. A
+//! header may announce fewer triangles than there are, and none at all where a program
+//! wrote it first; one that announces more is refused, since the file may be cut. In ASCII a solid may lack its end, or have
 //! `end solid`, and words may follow where a keyword says all.
 //!
 //! The crate stl_io is not used: of ASCII it reads one solid with a name and its end, and of
@@ -13,7 +14,7 @@
 
 use crate::scene::MeshData;
 use crate::shared::messages::one_line;
-use crate::shared::text::{decode, lines, without_mark};
+use crate::shared::text::{decode, is_wide, lines, without_mark};
 use crate::{ImportReport, LoadError};
 use std::collections::HashMap;
 use std::path::Path;
@@ -52,10 +53,13 @@ fn binary_length(count: usize) -> u64 {
 
 fn is_ascii(bytes: &[u8]) -> bool {
     let exact = announced(bytes).is_some_and(|n| bytes.len() as u64 == binary_length(n));
-    let is_wide = matches!(bytes, [0xff, 0xfe, b's', 0, ..] | [0xfe, 0xff, 0, b's', ..]);
     let start = without_mark(bytes).trim_ascii_start();
     let word = start.get(..5);
-    !exact && (is_wide || word.is_some_and(|w| w.eq_ignore_ascii_case(b"solid")))
+    // Headers of binary files say "solid", too. Text has zero bytes only after its end.
+    let text_end = bytes.iter().rposition(|b| !matches!(b, 0 | 0x1a));
+    let is_text = !bytes[..text_end.map_or(0, |last| last + 1)].contains(&0);
+    let is_solid = is_text && word.is_some_and(|w| w.eq_ignore_ascii_case(b"solid"));
+    !exact && (is_wide(bytes, *b"so") || is_solid)
 }
 
 /// Parses a binary file.
@@ -74,9 +78,9 @@ fn binary(bytes: &[u8], report: &mut ImportReport) -> Result<MeshData, Wrong> {
             format!("its header says {count} triangles, but there are bytes for {held} only");
         return Err((None, message));
     }
-    // Programs that write as they go cannot know the count. Bytes after the last triangle
-    // are no triangles unless they are whole ones.
-    let by_length = count < held && body.len().is_multiple_of(TRIANGLE);
+    // Programs that write as they go cannot know the count, and leave 0. Bytes after the last
+    // triangle that was announced are no triangles unless they are whole ones.
+    let by_length = count < held && (count == 0 || body.len().is_multiple_of(TRIANGLE));
     report.repair("header with too few triangles", usize::from(by_length));
     let count = if by_length { held } else { count };
     let number = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);

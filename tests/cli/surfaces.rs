@@ -2,7 +2,7 @@
 
 use super::measure::is_measured;
 use super::solids::{probe, write};
-use crate::run::{folder, lanecast, stderr};
+use crate::run::{folder, lanecast, stderr, stdout};
 use serde_json::Value;
 use std::f64::consts::PI;
 use std::path::Path;
@@ -151,6 +151,28 @@ fn volumes_and_areas_of_polynomial_solids() {
     // Two caps of height 1/2.
     is_measured(lens, "volume", 5.0 * PI / 12.0, error);
     is_measured(lens, "area", 2.0 * PI, error);
+}
+
+/// The sphere that `plan` names fills what the torus leaves out.
+#[test]
+fn a_torus_that_passes_through_itself_is_filled_by_a_sphere() {
+    for (major, minor) in [(1.0_f64, 2.0_f64), (0.7, 0.8)] {
+        let radius = (minor * minor - major * major).sqrt();
+        let ring = format!("torus = {{ major = {major}, minor = {minor} }}");
+        let folder = folder();
+        let alone = format!("format = 1\nshape.a.{ring}\n[[instance]]\nshape = 'a'\n");
+        write(folder.path(), &alone);
+        let plan = lanecast(folder.path(), &["plan", "a.toml"]);
+        assert!(stdout(&plan).contains("minor > major"), "{}", stdout(&plan));
+        let text = format!(
+            "format = 1\nshape.a.{ring}\n\
+             shape.b.sphere = {{ center = [0, 0, 0], radius = {radius} }}\n\
+             shape.c.union = ['a', 'b']\n[[instance]]\nshape = 'c'\n"
+        );
+        let found = measured(folder.path(), &text, "4e-3");
+        let (_, outer) = spindle_volumes(major, minor);
+        is_measured(&found["solids"][0], "volume", outer, 4e-3);
+    }
 }
 
 /// Of a ring of radii 1 and `minor` and the same one by `shift` aside, by layers: in

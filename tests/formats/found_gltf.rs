@@ -40,6 +40,26 @@ fn cube() -> Value {
     })
 }
 
+/// The document's buffer in base64, with a text before each character by its index.
+fn based(document: &Value, before: impl Fn(usize) -> &'static str) -> String {
+    let uri = document["buffers"][0]["uri"].as_str().unwrap();
+    let hex = uri.strip_prefix("data:,").unwrap().split('%').skip(1);
+    let mut bytes = hex.map(|pair| u32::from_str_radix(pair, 16).unwrap());
+    let digits = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::from("data:application/octet-stream;base64,");
+    let mut at = 0;
+    // The length is a multiple of three, so that nothing pads.
+    while let (Some(a), Some(b), Some(c)) = (bytes.next(), bytes.next(), bytes.next()) {
+        let group = a << 16 | b << 8 | c;
+        for shift in [18, 12, 6, 0] {
+            text += before(at);
+            text.push(char::from(digits[(group >> shift) as usize & 63]));
+            at += 1;
+        }
+    }
+    text
+}
+
 fn of(document: &Value) -> Loaded {
     made(&[("a.gltf", document.to_string().as_bytes())])
 }
@@ -71,6 +91,14 @@ fn containers_are_padded_marked_and_broken_into_lines() {
         &made(&[("a.gltf", format!("\u{feff}{text}").as_bytes())]),
         [0.0; 3],
     );
+    // Line ends and blanks in the base64 of a buffer.
+    let mut document = cube();
+    document["buffers"][0]["uri"] = json!(based(&document, |at| match at % 7 {
+        0 => "\n",
+        3 => " \r\n\t",
+        _ => "",
+    }));
+    assert_cube(&of(&document), [0.0; 3]);
     // GLB with a mark, and padding that is no blank.
     for pad in [b' ', 0] {
         let mut json = format!("\u{feff}{text}").into_bytes();
@@ -111,6 +139,14 @@ fn numbers_that_are_nearly_right_are_read() {
         assert_cube(&loaded, [0.0; 3]);
         assert_warns(&loaded, "repaired: 1 × byteStride of 0");
     }
+    let mut document = cube();
+    document["bufferViews"][0]["byteStride"] = json!(0);
+    let loaded = of(&document);
+    assert_cube(&loaded, [0.0; 3]);
+    assert_eq!(
+        loaded.warning.as_deref(),
+        Some("repaired: 1 × byteStride of 0")
+    );
 }
 
 #[test]

@@ -5,6 +5,7 @@
 mod common;
 
 mod animated;
+mod found_dialects;
 mod found_gltf;
 mod found_meshes;
 mod io_bad;

@@ -240,11 +240,6 @@ fn texture<'a>(
     Ok([uv[0], 1.0 - uv[1]])
 }
 
-/// Parses a finite number.
-pub(super) fn finite(word: &str) -> Option<f64> {
-    word.parse().ok().filter(|x: &f64| x.is_finite())
-}
-
 /// Parses `position/texture/normal`, of which the latter two may be missing. Numbers count
 /// from 1, or as negative numbers backwards from the last definition before this line. The
 /// file may define positive ones later, so `join` checks them. Texture coordinates that are none

@@ -3,7 +3,7 @@
 //! A material becomes a Phong row: Kd is the diffuse part, Ks and Ns the highlight;
 //! illumination models from 3 on reflect with Ks. A material with Pr or Pm (the PBR
 //! extension) becomes a metallic-roughness row. Values out of range, which are common, are
-//! clamped. Images make the colour (map_Kd, which Kd scales unless it is black) and say how much
+//! clamped, and statements with NaN or infinity count as missing. Images make the colour (map_Kd, which Kd scales unless it is black) and say how much
 //! of the surface is there (map_d); others are left out.
 //!
 //! d, the dissolve, is the fraction of the surface that is there: the surface's light times
@@ -15,10 +15,10 @@
 //! a file is opaque whose every Tr is 1 and that has no d.
 
 use super::maps::{Map, MtlMaterial};
-use super::{finite, keyword, logical_lines, syntax};
+use super::{keyword, logical_lines, syntax, without_comment};
 use crate::scene::{Layers, Material, Model, Rgb, Slot};
 use crate::shared::messages::one_line;
-use crate::shared::text::decode;
+use crate::shared::text::{decode, number};
 use crate::{Folder, ImportReport, LoadError};
 use std::collections::HashMap;
 use std::path::Path;
@@ -48,8 +48,8 @@ impl Statements {
 }
 
 /// Adds the materials of a file, `None` for invisible ones; a later material of a name
-/// replaces an earlier one. Fails for statements without a finite number, with their line
-/// and column.
+/// replaces an earlier one. Fails for statements without a number, with their line and
+/// column.
 pub(super) fn read(
     path: &Path,
     folder: &Folder,
@@ -59,8 +59,9 @@ pub(super) fn read(
     let bytes = crate::shared::folder::read_file(path)?;
     let text = decode(path, &bytes)?;
     let mut all: Vec<(String, Statements)> = Vec::new();
-    for (number, line) in logical_lines(&text) {
-        let line = (number, &*line);
+    let mut not_finite = 0;
+    for (row, line) in logical_lines(&text) {
+        let line = (row, &*line);
         let mut words = line.1.split_whitespace();
         let Some(key) = words.next() else { continue };
         let lower = keyword(key);
@@ -72,30 +73,29 @@ pub(super) fn read(
         let Some((_, m)) = all.last_mut() else {
             continue;
         };
-        let mut number = || {
+        // `None` for what is no finite f32: the statement counts as missing.
+        let mut one = || {
             let word = words.next().unwrap_or_default();
-            finite(word).map(|x| x as f32).ok_or_else(|| {
-                let message = format!("'{key}' needs a finite number, not '{}'", one_line(word));
-                syntax(
-                    path,
-                    line,
-                    if word.is_empty() { line.1 } else { word },
-                    message,
-                )
-            })
+            let x = number(word).ok_or_else(|| {
+                let message = format!("'{key}' needs a number, not '{}'", one_line(word));
+                let place = if word.is_empty() { line.1 } else { word };
+                syntax(path, line, place, message)
+            })? as f32;
+            not_finite += usize::from(!x.is_finite());
+            Ok::<_, LoadError>(Some(x).filter(|x| x.is_finite()))
         };
         match &*lower {
-            "kd" => m.kd = color(path, line, report)?.or(m.kd),
-            "ks" => m.ks = color(path, line, report)?.or(m.ks),
-            "ke" => m.ke = color(path, line, report)?.or(m.ke),
-            "ns" => m.ns = Some(number()?),
-            "ni" => m.ni = Some(number()?),
+            "kd" => m.kd = color(path, line, (&mut not_finite, report))?.or(m.kd),
+            "ks" => m.ks = color(path, line, (&mut not_finite, report))?.or(m.ks),
+            "ke" => m.ke = color(path, line, (&mut not_finite, report))?.or(m.ke),
+            "ns" => m.ns = one()?.or(m.ns),
+            "ni" => m.ni = one()?.or(m.ni),
             "d" if line.1.contains("-halo") => report.add("halo"),
-            "d" => m.dissolve = Some(number()?),
-            "tr" => m.transparency = Some(number()?),
-            "illum" => m.illum = Some(number()?),
-            "pr" => m.roughness = Some(number()?),
-            "pm" => m.metallic = Some(number()?),
+            "d" => m.dissolve = one()?.or(m.dissolve),
+            "tr" => m.transparency = one()?.or(m.transparency),
+            "illum" => m.illum = one()?.or(m.illum),
+            "pr" => m.roughness = one()?.or(m.roughness),
+            "pm" => m.metallic = one()?.or(m.metallic),
             "map_kd" => m.map(Map::read(Slot::BaseColor, line.1, folder)),
             "map_d" => m.map(Map::read(Slot::Opacity, line.1, folder)),
             "bump" | "disp" | "decal" | "refl" | "norm" => report.add("texture"),
@@ -103,6 +103,10 @@ pub(super) fn read(
             _ => {}
         }
     }
+    report.repair(
+        "material statement that is not finite, as missing",
+        not_finite,
+    );
     let opaque = |m: &Statements| m.dissolve.is_none() && m.transparency.is_none_or(|t| t == 1.0);
     if all.iter().all(|(_, m)| opaque(m)) {
         let named = all.iter_mut().filter_map(|(_, m)| m.transparency.take());
@@ -120,30 +124,29 @@ pub(super) fn read(
 }
 
 /// Reads a colour of one number (a grey) or three; negative ones become 0. A spectral or
-/// xyz colour is counted and gives `None`.
+/// xyz colour, and one that is not finite, is counted and gives `None`.
 fn color(
     path: &Path,
     line: (usize, &str),
-    report: &mut ImportReport,
+    (not_finite, report): (&mut usize, &mut ImportReport),
 ) -> Result<Option<Rgb>, LoadError> {
-    let words: Vec<&str> = line
-        .1
-        .split('#')
-        .next()
-        .unwrap_or_default()
-        .split_whitespace()
-        .collect();
+    let words: Vec<&str> = without_comment(line.1).split_whitespace().collect();
     if matches!(words.get(1), Some(&("spectral" | "xyz"))) {
         report.add("spectral or xyz colour");
         return Ok(None);
     }
     let mut values = [0.0; 3];
     for (value, word) in values.iter_mut().zip(&words[1..]) {
-        *value = finite(word).map(|x| (x as f32).max(0.0)).ok_or_else(|| {
-            let message = format!("'{}' is not a finite number", one_line(word));
+        *value = number(word).ok_or_else(|| {
+            let message = format!("'{}' is not a number", one_line(word));
             syntax(path, line, word, message)
-        })?;
+        })? as f32;
     }
+    if matches!(words.len(), 2 | 4..) && !values.iter().all(|x| x.is_finite()) {
+        *not_finite += 1;
+        return Ok(None);
+    }
+    values = values.map(|x| x.max(0.0));
     match words.len() {
         2 => Ok(Some([values[0]; 3])),
         4.. => Ok(Some(values)),

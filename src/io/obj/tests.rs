@@ -267,3 +267,39 @@ fn a_broken_image_is_one_kind_for_all_materials() {
         "not imported: 2 × texture (m.mtl: it is no PNG, JPEG or WebP file)"
     );
 }
+
+#[test]
+fn normals_that_are_no_numbers_become_those_of_their_faces() {
+    let normals = "vn nan 0 0\nvn 1.#INF 0 0\nvn 0 1 0\nvn -nan(ind) 0 0\n";
+    let faces = "f 1//1 2//2 3//1\nf 1//3 3//3 4//3\n";
+    let (file, warning) = load(&[("a.obj", &format!("\u{feff}{SQUARE}{normals}{faces}"))]);
+    let found = file.unwrap().mesh.normals;
+    let (up, kept) = ([0.0, 0.0, 1.0], [0.0, 1.0, 0.0]);
+    assert_eq!(found, [up, up, up, kept, kept, kept]);
+    assert_eq!(warning.unwrap(), "not imported: 3 × unusable normal");
+}
+
+#[test]
+fn statements_of_materials_that_are_not_finite_count_as_missing() {
+    let obj = format!("mtllib a.mtl\nusemtl m\n{SQUARE}f 1 2 3 4\n");
+    let one = |mtl: &str| {
+        let (file, warning) = load(&[("a.obj", &obj), ("a.mtl", &format!("newmtl m\n{mtl}"))]);
+        file.map(|file| (file.materials[0].1, warning))
+    };
+    let expected = one("").unwrap().0;
+    for (mtl, count) in [
+        ("Kd nan 0 0\nKs -1.#IND 0 0\nKe inf\n", 3),
+        ("Ns 1.#INF\nNi -nan(ind)\nd nan\nTr NaN\nillum 1e99\n", 5),
+        ("Pr nan\nPm nan\n", 2),
+    ] {
+        let (found, warning) = one(mtl).unwrap();
+        assert_eq!(found, expected, "{mtl}");
+        let says = format!("repaired: {count} × material statement that is not finite, as missing");
+        assert_eq!(warning.unwrap(), says);
+    }
+    let (found, _) = one("Kd 1 0 0\nKd nan 0 0\n").unwrap();
+    assert_eq!(found.base_color, [1.0, 0.0, 0.0]);
+    for mtl in ["d nano\n", "d\n", "Kd 1 x 0\n", "Kd nan 0\n"] {
+        assert!(one(mtl).is_err(), "{mtl}");
+    }
+}

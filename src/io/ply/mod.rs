@@ -19,6 +19,7 @@ use crate::shared::mesh_cleanup::{compact, repair_normals};
 use crate::shared::mesh_file::MeshFile;
 use crate::shared::messages::one_line;
 use crate::shared::srgb::linear_from_srgb;
+use crate::shared::text::{decode, is_wide};
 use crate::shared::triangulate::Triangulator;
 use crate::{ImportReport, LoadError};
 use glam::DVec3;
@@ -30,7 +31,10 @@ use std::path::Path;
 /// Reads a PLY file as one mesh. Fails for malformed files, and for faces with vertices that
 /// do not exist or are not finite.
 pub(super) fn read(path: &Path, report: &mut ImportReport) -> Result<MeshFile, LoadError> {
-    let bytes = crate::shared::folder::read_file(path)?;
+    let mut bytes = crate::shared::folder::read_file(path)?;
+    if is_wide(&bytes, *b"pl") {
+        bytes = decode(path, &bytes)?.into_owned().into_bytes();
+    }
     parse(&bytes, report).map_err(|wrong| LoadError::in_mesh_file(path, "PLY", wrong))
 }
 

@@ -12,6 +12,21 @@ pub fn without_mark(bytes: &[u8]) -> &[u8] {
     bytes.strip_prefix(MARK).unwrap_or(bytes)
 }
 
+/// Tells whether bytes are UTF-16, with a mark or without, that begins with two letters in
+/// any case.
+pub fn is_wide(bytes: &[u8], letters: [u8; 2]) -> bool {
+    let (bytes, low) = match bytes {
+        [0xff, 0xfe, text @ ..] => (text, 0),
+        [0xfe, 0xff, text @ ..] => (text, 1),
+        [0, _, ..] => (bytes, 1),
+        _ => (bytes, 0),
+    };
+    bytes.get(..4).is_some_and(|start| {
+        let [a, b] = [start[low], start[2 + low]];
+        [start[1 - low], start[3 - low]] == [0, 0] && [a, b].eq_ignore_ascii_case(&letters)
+    })
+}
+
 /// Decodes a text file. A byte order mark, and NUL and Ctrl-Z at the end, are removed.
 /// UTF-16 is known by its mark, or by the zero byte of its first character; a line that is
 /// not UTF-8 is Latin-1, of which every byte is a character. Refuses UTF-32.

@@ -102,7 +102,7 @@ fn convert_overwrites_nothing_that_it_reads() {
     for (out, code, says) in [
         ("a.toml", 2, "is the input"),
         // Its meshes would go where those of the input are.
-        ("a.json", 3, "which an output would replace"),
+        ("a.json", 2, "which an output would replace"),
         ("b.txt", 2, ".toml or .json"),
         ("none/b.toml", 4, "none"),
     ] {

@@ -1,15 +1,24 @@
-//! Tapes and formulas as expressions, which read back to the same steps.
+//! Tapes and formulas as expressions, and whether these read back to the same steps.
 
 use crate::geom::formula::{Binary, Formula, Step as FormulaStep, Unary};
 use crate::geom::tape::{Step, Tape};
 use crate::native::expression::{Parameters, Surface, surface};
+use std::collections::HashMap;
 
 /// Limit on the bytes of an expression, whose shared steps are written out at each use; that of
 /// the parser.
 const LONGEST: usize = 1 << 16;
 
-/// Writes a polynomial; `None` if it is too long or would read back as other steps.
-pub(super) fn of_tape(tape: &Tape) -> Option<String> {
+/// An equation as text.
+#[derive(Clone, Debug)]
+pub(super) struct Equation {
+    pub text: String,
+    /// Whether it reads back to the same steps, in any order, so that every value has the same bits.
+    pub is_same: bool,
+}
+
+/// Writes a polynomial; `None` if it is too long.
+pub(super) fn of_tape(tape: &Tape) -> Option<Equation> {
     let mut all: Vec<String> = Vec::new();
     for step in tape.steps() {
         let of = |i: u32| &*all[i as usize];
@@ -29,13 +38,37 @@ pub(super) fn of_tape(tape: &Tape) -> Option<String> {
     }
     let text = bare(all.pop()?);
     match surface(&text, &Parameters::new()) {
-        Ok(Surface::Polynomial(read)) if read == *tape => Some(text),
+        Ok(Surface::Polynomial(read)) => {
+            let mut known = HashMap::new();
+            let [read, own] = [&read, tape].map(|tape| last_step(tape, &mut known));
+            let is_same = read == own;
+            Some(Equation { text, is_same })
+        }
         _ => None,
     }
 }
 
-/// Writes a formula; `None` if it is too long or would read back as other steps.
-pub(super) fn of_formula(formula: &Formula) -> Option<String> {
+/// Numbers a tape's last step by what it computes, so that equal ones of several tapes have one
+/// number.
+fn last_step(tape: &Tape, known: &mut HashMap<(u8, u64, u64), u32>) -> u32 {
+    let mut numbers: Vec<u32> = Vec::with_capacity(tape.steps().len());
+    for step in tape.steps() {
+        let of = |i: u32| numbers[i as usize];
+        let step = match *step {
+            Step::Sum(a, b) => Step::Sum(of(a).min(of(b)), of(a).max(of(b))),
+            Step::Difference(a, b) => Step::Difference(of(a), of(b)),
+            Step::Product(a, b) => Step::Product(of(a).min(of(b)), of(a).max(of(b))),
+            Step::Scaled(a, by) => Step::Scaled(of(a), by),
+            Step::Coordinate(_) | Step::Constant(_) => *step,
+        };
+        let next = known.len() as u32;
+        numbers.push(*known.entry(step.key()).or_insert(next));
+    }
+    numbers.last().copied().unwrap_or(u32::MAX)
+}
+
+/// Writes a formula; `None` if it is too long.
+pub(super) fn of_formula(formula: &Formula) -> Option<Equation> {
     let mut all: Vec<String> = Vec::new();
     for step in formula.steps() {
         let of = |i: u32| &*all[i as usize];
@@ -63,7 +96,10 @@ pub(super) fn of_formula(formula: &Formula) -> Option<String> {
     }
     let text = bare(all.pop()?);
     match surface(&text, &Parameters::new()) {
-        Ok(Surface::Formula(read)) if read == *formula => Some(text),
+        Ok(Surface::Formula(read)) => {
+            let is_same = read == *formula;
+            Some(Equation { text, is_same })
+        }
         _ => None,
     }
 }
@@ -142,7 +178,7 @@ mod tests {
                 Surface::Polynomial(tape) => of_tape(&tape),
                 Surface::Formula(formula) => of_formula(&formula),
             };
-            assert!(written.is_some(), "{text}");
+            assert!(written.is_some_and(|written| written.is_same), "{text}");
         }
     }
 }

@@ -100,7 +100,7 @@ impl Writer<'_> {
         Ok(table)
     }
 
-    fn implicit(&self, shape: ShapeId, id: ImplicitId) -> Result<Table, NativeError> {
+    fn implicit(&mut self, shape: ShapeId, id: ImplicitId) -> Result<Table, NativeError> {
         let row = self.scene.implicits.row(id);
         let mut table: Table = match torus::radii_of(row.tape) {
             Some([major, minor]) => {
@@ -111,8 +111,8 @@ impl Writer<'_> {
                 vec![("torus".into(), Value::Table(fields))]
             }
             None => {
-                let text = function::of_tape(row.tape);
-                let text = text.ok_or_else(|| self.no_text(shape))?;
+                let equation = function::of_tape(row.tape);
+                let text = self.equation(shape, equation)?;
                 vec![("implicit".into(), Value::Text(text))]
             }
         };
@@ -124,18 +124,28 @@ impl Writer<'_> {
         Ok(table)
     }
 
-    fn level_set(&self, shape: ShapeId, id: LevelSetId) -> Result<Table, NativeError> {
+    fn level_set(&mut self, shape: ShapeId, id: LevelSetId) -> Result<Table, NativeError> {
         let row = self.scene.level_sets.row(id);
-        let text = function::of_formula(row.formula).ok_or_else(|| self.no_text(shape))?;
+        let text = self.equation(shape, function::of_formula(row.formula))?;
         let mut table: Table = vec![("implicit".into(), Value::Text(text))];
         extras(&mut table, row.open, row.clip);
         Ok(table)
     }
 
-    fn no_text(&self, shape: ShapeId) -> NativeError {
-        NativeError::NoText {
-            name: self.shapes[shape.index()].clone(),
+    /// Returns the text of an equation, and counts those that are other steps when read.
+    fn equation(
+        &mut self,
+        shape: ShapeId,
+        equation: Option<function::Equation>,
+    ) -> Result<String, NativeError> {
+        let Some(equation) = equation else {
+            let name = self.shapes[shape.index()].clone();
+            return Err(NativeError::NoText { name });
+        };
+        if !equation.is_same {
+            self.lose("order of steps of an equation");
         }
+        Ok(equation.text)
     }
 
     /// Returns the level set of a solid that a file gives as one shape: with the clip that it is
@@ -164,7 +174,7 @@ impl Writer<'_> {
         (is_plain && !row.open && row.clip == Some(clip)).then_some([solid.shape, within.shape])
     }
 
-    fn csg(&self, id: CsgId) -> Result<Table, NativeError> {
+    fn csg(&mut self, id: CsgId) -> Result<Table, NativeError> {
         let csg = &self.scene.csg;
         if let Some([solid, _]) = self.clipped(id)
             && let Shape::LevelSet(row) = self.scene.shapes.row(solid)

@@ -11,6 +11,7 @@
 mod args;
 mod bench;
 mod compare;
+mod convert;
 mod cpu;
 mod denoise;
 mod error;
@@ -40,8 +41,8 @@ mod verify;
 pub use cpu::check_before_main;
 
 use args::{
-    BenchArgs, CompareArgs, ExportArgs, ExtremesArgs, MeasureArgs, MergeArgs, PlanArgs, ProbeArgs,
-    RenderArgs, RootsArgs, VerifyArgs,
+    BenchArgs, CompareArgs, ConvertArgs, ExportArgs, ExtremesArgs, MeasureArgs, MergeArgs,
+    PlanArgs, ProbeArgs, RenderArgs, RootsArgs, VerifyArgs,
 };
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use error::CliError;
@@ -82,6 +83,8 @@ enum Command {
     Probe(ProbeArgs),
     /// Measure volume, area and centroid of the solids of a scene
     Measure(MeasureArgs),
+    /// Write a scene in the native format, to go on from there
+    Convert(ConvertArgs),
     /// Write a scene for other programs
     Export(ExportArgs),
     /// Find the real roots of a polynomial, with any solver
@@ -119,6 +122,7 @@ fn run() -> ExitCode {
         Command::Extremes(args) => extremes::run(args),
         Command::Probe(args) => probe::run(args),
         Command::Measure(args) => measure::run(args),
+        Command::Convert(args) => convert::run(args),
         Command::Export(args) => export::run(args),
         Command::Roots(args) => roots::run(args),
     })

@@ -52,7 +52,7 @@ pub use error::{LoadError, SaveError};
 pub use exr_header::{Attribute, Metadata};
 pub use mattes::{Matte, matte_id};
 pub use mitsuba::{MitsubaError, MitsubaPicture, MitsubaScene, mitsuba_scene};
-pub use native::json_schema;
+pub use native::{NativeError, NativeScene, json_schema, native_scene};
 pub use parts::{Part, PartHeader};
 pub use png::encode as png_bytes;
 pub use polynomials::{KnownRoot, Listed, load_polynomials};

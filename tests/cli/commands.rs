@@ -17,8 +17,8 @@ fn version_and_help() {
     let help = lanecast(folder.path(), &["--help"]);
     assert!(help.status.success());
     for word in [
-        "render", "verify", "bench", "plan", "extremes", "roots", "probe", "measure", "export",
-        "130",
+        "render", "verify", "bench", "plan", "extremes", "roots", "probe", "measure", "convert",
+        "export", "130",
     ] {
         assert!(stdout(&help).contains(word), "{word}");
     }
@@ -241,6 +241,8 @@ fn wrong_arguments() {
             "points nowhere",
         ),
         (vec!["export", "x.toml"], "--pov <FILE>"),
+        (vec!["convert", "x.toml"], "<OUT>"),
+        (vec!["convert", "x.toml", "x.pov"], ".toml or .json"),
         (
             vec!["render", "--variant", "x"],
             "--variant is of a glTF file, and no scene is named",
@@ -375,6 +377,7 @@ fn missing_inputs() {
         &["plan", "none.toml"],
         &["probe", "none.toml", "--org", "0,0,0", "--dir", "0,0,1"],
         &["export", "none.toml", "--pov", "x.pov"],
+        &["convert", "none.toml", "x.json"],
         &["bench", "none.toml"],
         &["render", "none.tiff"],
     ] {

@@ -6,6 +6,7 @@ mod common;
 mod bench;
 mod commands;
 mod compare;
+mod convert;
 mod every_scene;
 mod extremes;
 mod found;

@@ -331,6 +331,22 @@ pub struct RootsArgs {
 }
 
 #[derive(Args)]
+pub struct ConvertArgs {
+    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply or .stl
+    pub scene: PathBuf,
+    /// .toml or .json; meshes go beside it, into the folder NAME_meshes
+    pub out: PathBuf,
+    #[command(flatten)]
+    pub import: ImportArgs,
+}
+
+impl ConvertArgs {
+    pub fn load_options(&self, outputs: Vec<PathBuf>) -> LoadOptions {
+        self.import.load_options(outputs)
+    }
+}
+
+#[derive(Args)]
 pub struct ExportArgs {
     /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply or .stl
     pub scene: PathBuf,

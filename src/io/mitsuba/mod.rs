@@ -21,7 +21,6 @@
 //!   cylinders under transforms that deform them, are missing.
 
 mod looks;
-mod ply;
 mod shapes;
 
 use crate::math::Affine;

@@ -1,12 +1,12 @@
 //! Instances: one shape each, or one for each material of a mesh.
 
 use super::looks::escaped;
-use super::ply::{self, PlyMesh};
 use super::{Writer, frame, list, number, rgb, to_world};
 use crate::geom::HalfSpace;
 use crate::math::Affine;
 use crate::scene::{Instance, MaterialId, MeshId, PolygonId, PolyhedronId, Shape};
 use crate::shared::triangulate::Triangulator;
+use crate::shared::write_ply::{PlyMesh, encode};
 use glam::DVec3;
 use std::fmt::Write;
 
@@ -173,10 +173,11 @@ impl Writer<'_> {
             let positions: Vec<[f32; 3]> = points.iter().map(|p| single(*p)).collect();
             let mut triangles = Vec::new();
             Triangulator::new().split(points, |triangle| triangles.push(triangle));
-            ply::encode(&PlyMesh {
+            encode(&PlyMesh {
                 positions: &positions,
                 normals: None,
                 triangles: &triangles,
+                center: DVec3::ZERO,
             })
         });
         let flip = away != is_mirrored(map);
@@ -199,10 +200,11 @@ impl Writer<'_> {
                         .collect::<Vec<_>>()
                 })
                 .collect();
-            ply::encode(&PlyMesh {
+            encode(&PlyMesh {
                 positions: &positions,
                 normals: None,
                 triangles: &triangles,
+                center: DVec3::ZERO,
             })
         });
         let map = &instance.world_from_object;
@@ -215,11 +217,12 @@ impl Writer<'_> {
             [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
             mesh.center.to_array(),
         ));
-        let encode = |triangles: &[[u32; 3]]| {
-            ply::encode(&PlyMesh {
+        let encoded = |triangles: &[[u32; 3]]| {
+            encode(&PlyMesh {
                 positions: mesh.positions,
                 normals: mesh.normals,
                 triangles,
+                center: DVec3::ZERO,
             })
         };
         let smooth = mesh.normals.is_some();
@@ -246,9 +249,9 @@ impl Writer<'_> {
                         .filter(|t| mesh.material(*t).map(|m| m.0) == wanted)
                         .map(|t| mesh.triangles[t as usize])
                         .collect();
-                    encode(&chosen)
+                    encoded(&chosen)
                 }
-                _ => encode(mesh.triangles),
+                _ => encoded(mesh.triangles),
             });
             if mesh.open && self.emission(material) != [0.0; 3] {
                 self.notes.similar("open mesh, which shines on one side");

@@ -133,7 +133,7 @@ pub(super) fn lower(
             source,
             &name,
             row,
-            &mut files,
+            (&mut files, &materials),
             scene,
             report,
             &mut csg_solids,

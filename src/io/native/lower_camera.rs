@@ -23,6 +23,7 @@ fn projection(source: &Source, row: &At<schema::Camera>) -> Result<Projection> {
     let camera = &row.value;
     let given = [
         ("fov_y", camera.fov_y.is_some()),
+        ("half_height", camera.half_height.is_some()),
         ("orthographic", camera.orthographic.is_some()),
         ("k", camera.k.is_some()),
         ("panorama", camera.panorama.is_some()),
@@ -39,6 +40,15 @@ fn projection(source: &Source, row: &At<schema::Camera>) -> Result<Projection> {
         }
         return Ok(Projection::Perspective {
             half_height: libm::tan(fov_y.to_radians() * 0.5),
+        });
+    }
+    if let Some(half) = &camera.half_height {
+        if !(half.value > 0.0) {
+            let message = format!("half_height = {}; it must be greater than 0", half.value);
+            return Err(source.error(half.at, message));
+        }
+        return Ok(Projection::Perspective {
+            half_height: half.value,
         });
     }
     if let Some(height) = &camera.orthographic {
@@ -86,6 +96,7 @@ fn placed(source: &Source, row: &At<schema::Camera>, projection: Projection) -> 
             ("eye", camera.eye.is_some()),
             ("look_at", camera.look_at.is_some()),
             ("up", camera.up.is_some()),
+            ("axes", camera.axes.is_some()),
         ];
         if let Some((name, _)) = others.iter().find(|(_, is)| *is) {
             let message = format!("the camera has a pose and {name}; leave out one of them");
@@ -96,6 +107,9 @@ fn placed(source: &Source, row: &At<schema::Camera>, projection: Projection) -> 
                            of length 1, and right-handed (x to the right, y down, z ahead)";
             source.error(pose.at, message)
         });
+    }
+    if let Some(axes) = &camera.axes {
+        return by_axes(source, camera, axes, projection);
     }
     let (Some(at), Some(look_at)) = (&camera.eye, camera.look_at) else {
         let missing = match camera.eye {
@@ -120,6 +134,44 @@ fn placed(source: &Source, row: &At<schema::Camera>, projection: Projection) -> 
         None => DVec3::Y,
     };
     Ok(Camera::looking_at(eye, look_at, up, projection))
+}
+
+/// Places a camera by its axes.
+fn by_axes(
+    source: &Source,
+    camera: &schema::Camera,
+    axes: &At<[[f64; 3]; 3]>,
+    projection: Projection,
+) -> Result<Camera> {
+    /// How far lengths and angles may be off: some roundings.
+    const NEAR: f64 = 1e-12;
+    let Some(eye) = &camera.eye else {
+        return Err(source.error(axes.at, "the camera has axes and no eye; give it one"));
+    };
+    if camera.look_at.is_some() || camera.up.is_some() {
+        let message = "axes are in place of look_at and up; leave out one or the other";
+        return Err(source.error(axes.at, message));
+    }
+    let [right, up, forward] = axes.value.map(DVec3::from_array);
+    let off = [
+        right.length_squared() - 1.0,
+        up.length_squared() - 1.0,
+        (right.cross(forward) - up).length(),
+        right.dot(forward),
+    ];
+    if !off.iter().all(|off| off.abs() < NEAR) {
+        let message = "axes must be unit vectors to the right, upward and ahead, at right angles \
+                       to within 1e-12; give eye, look_at and up, or pose, for others";
+        return Err(source.error(axes.at, message));
+    }
+    Ok(Camera {
+        eye: DVec3::from_array(eye.value),
+        right,
+        up,
+        forward,
+        projection,
+        lens: None,
+    })
 }
 
 /// Reads a lens.

@@ -71,6 +71,13 @@ pub(super) fn refuse_extras(
         );
         return Err(source.error(motion.at, message));
     }
+    if let (Some(parts), None) = (&row.parts, &row.mesh) {
+        let message = format!(
+            "{} cannot have parts; only a mesh can. Leave them out",
+            one(kind)
+        );
+        return Err(source.error(parts.at, message));
+    }
     if let Some(tolerance) = &row.tolerance {
         let message = format!("{} cannot have a tolerance; {ONLY}", one(kind));
         return Err(source.error(tolerance.at, message));

@@ -162,11 +162,29 @@ pub(super) fn material(source: &Source, row: &schema::Material) -> Result<Materi
         emission: row.emission.unwrap_or(usual.emission),
         transmission: row.transmission.unwrap_or(usual.transmission),
         ior: row.ior.map_or(usual.ior, |ior| ior.value as f32),
-        model: Model::MetallicRoughness {
-            metallic: row.metallic.unwrap_or(metallic),
-            roughness: row.roughness.unwrap_or(roughness),
+        model: match &row.phong {
+            Some(phong) => self::phong(source, row, phong)?,
+            None => Model::MetallicRoughness {
+                metallic: row.metallic.unwrap_or(metallic),
+                roughness: row.roughness.unwrap_or(roughness),
+            },
         },
         layers: layers(row),
+    })
+}
+
+/// Returns Phong's model, which has no metallic or roughness beside it.
+fn phong(source: &Source, row: &schema::Material, phong: &At<schema::Phong>) -> Result<Model> {
+    if row.metallic.is_some() || row.roughness.is_some() {
+        let message = "phong is in place of metallic and roughness; leave out one or the other";
+        return Err(source.error(phong.at, message));
+    }
+    let phong = &phong.value;
+    Ok(Model::Phong {
+        diffuse: phong.diffuse.unwrap_or_default(),
+        specular: phong.specular.unwrap_or_default(),
+        exponent: phong.exponent.unwrap_or(1.0),
+        mirror: phong.mirror.unwrap_or_default(),
     })
 }
 

@@ -1,13 +1,13 @@
 //! One shape of the file to one row of its table.
 
-use super::lower::exactly_one;
+use super::lower::{exactly_one, find};
 use super::lower_csg::{Declared, declare, refuse_extras};
 use super::schema;
 use super::source_spans::At;
 use super::tree::{Source, quoted};
 use super::{lower_deformation, lower_polynomial};
 use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Prism, Quadric, Sphere, hull};
-use crate::scene::{MeshData, MeshId, SceneBuilder, Shape, ShapeId};
+use crate::scene::{MaterialId, MeshData, MeshId, SceneBuilder, Shape, ShapeId};
 use crate::shared::images::ImageStore;
 use crate::shared::merge_meshes::{MESH_FORMATS, import_with_materials, names_mesh};
 use crate::{Folder, ImportReport, LoadError, LoadOptions};
@@ -15,13 +15,16 @@ use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 use std::path::PathBuf;
 
+/// Runs of triangles and their materials, as a file of the format gives them.
+type Parts = Vec<(u32, Option<MaterialId>)>;
+
 /// The mesh files that are read already, each once: with the mesh of the scene for the file
 /// as it is, and for the file as an open surface.
 pub(super) struct MeshFiles {
     folder: Folder,
     options: LoadOptions,
     images: ImageStore,
-    known: HashMap<PathBuf, [Option<MeshId>; 2]>,
+    known: HashMap<(PathBuf, Option<Parts>), [Option<MeshId>; 2]>,
 }
 
 impl MeshFiles {
@@ -76,7 +79,7 @@ pub(super) fn shape(
     source: &Source,
     name: &At<String>,
     row: schema::Shape,
-    files: &mut MeshFiles,
+    (files, materials): (&mut MeshFiles, &HashMap<String, MaterialId>),
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
     csg_solids: &mut Vec<Declared>,
@@ -163,7 +166,8 @@ pub(super) fn shape(
     }
     if let Some(s) = row.polygon {
         let points: Vec<DVec3> = s.points.into_iter().map(v).collect();
-        return Ok(scene.polygon(name, &points, &[]));
+        let normals: Vec<DVec3> = s.normals.into_iter().flatten().map(v).collect();
+        return Ok(scene.polygon(name, &points, &normals));
     }
     if let Some(s) = row.prism {
         let ring = |ring: Vec<[f64; 2]>| ring.into_iter().map(DVec2::from_array).collect();
@@ -182,11 +186,15 @@ pub(super) fn shape(
         at: 0,
         value: String::new(),
     });
+    let parts = row.parts.as_ref();
+    let parts = parts
+        .map(|rows| self::parts(source, rows, materials))
+        .transpose()?;
     match &row.motion {
         Some(motion) => {
             lower_deformation::mesh(source, name, (&file, motion, open), files, scene, report)
         }
-        None => mesh(source, name, &file, open, files, scene, report),
+        None => mesh(source, name, (&file, open, parts), files, scene, report),
     }
 }
 
@@ -239,22 +247,48 @@ fn polyhedron(
 fn mesh(
     source: &Source,
     name: &str,
-    file: &At<String>,
-    open: bool,
+    (file, open, parts): (&At<String>, bool, Option<Parts>),
     files: &mut MeshFiles,
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
 ) -> Result<ShapeId, LoadError> {
     let path = files.path(source, file)?;
-    let known = files.known.get(&path).and_then(|of| of[usize::from(open)]);
+    let key = (path.clone(), parts.clone());
+    let known = files.known.get(&key).and_then(|of| of[usize::from(open)]);
     if let Some(mesh) = known {
         return Ok(scene.mesh_again(name, mesh));
     }
     let mut data = import_with_materials(&path, &files.options, &mut files.images, scene, report)?;
     data.open |= open;
+    if let Some(parts) = parts {
+        data.parts = parts;
+    }
     let shape = scene.mesh(name, &data);
     if let Shape::Mesh(mesh) = scene.tables().shapes.row(shape) {
-        files.known.entry(path).or_default()[usize::from(open)] = Some(mesh);
+        files.known.entry(key).or_default()[usize::from(open)] = Some(mesh);
     }
     Ok(shape)
+}
+
+/// Reads the parts of a mesh.
+fn parts(
+    source: &Source,
+    rows: &At<Vec<At<schema::MeshPart>>>,
+    materials: &HashMap<String, MaterialId>,
+) -> Result<Parts, LoadError> {
+    let mut parts: Parts = Vec::with_capacity(rows.value.len());
+    for row in &rows.value {
+        let first = &row.value.first;
+        if let Some((before, _)) = parts.last().filter(|(before, _)| *before >= first.value) {
+            let message = format!(
+                "first = {} after {before}; give the parts in the order of their triangles",
+                first.value
+            );
+            return Err(source.error(first.at, message));
+        }
+        let material = row.value.material.as_ref();
+        let material = material.map(|name| find(source, "material", materials, name));
+        parts.push((first.value, material.transpose()?));
+    }
+    Ok(parts)
 }

@@ -32,6 +32,7 @@ mod schema_texture;
 mod source_spans;
 mod toml_tables;
 mod tree;
+mod write;
 
 use crate::scene::{Entity, SceneBuilder};
 use crate::shared::{folder, line_column::line_column};
@@ -39,6 +40,8 @@ use crate::{ImportReport, LoadError, LoadOptions};
 use serde::Deserialize;
 use std::path::Path;
 use tree::{Kind, Source, Value};
+
+pub use write::{NativeError, NativeScene, native_scene};
 
 /// The version of the format that is read.
 const FORMAT: i64 = 1;

@@ -64,6 +64,8 @@ pub struct Material {
     pub metallic: Option<f32>,
     /// 0 (mirror) to 1 (dull); 0.7 if absent.
     pub roughness: Option<f32>,
+    /// Phong's model in place of `metallic` and `roughness`.
+    pub phong: Option<At<Phong>>,
     /// Radiance that the surface gives off, W/(sr·m²); none if absent.
     pub emission: Option<Color>,
     /// The group of lights that its emission belongs to, for `render --aov light_groups`; none if
@@ -130,6 +132,30 @@ pub struct Material {
     pub vertex_colors: Option<bool>,
 }
 
+/// Phong's model, as NFF and MTL have it, with constant coefficients.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Phong {
+    /// The share that is reflected to all sides; black if absent.
+    pub diffuse: Option<Color>,
+    /// The highlight of lights; black if absent.
+    pub specular: Option<Color>,
+    /// The power of the highlight's cosine; 1 if absent.
+    pub exponent: Option<f32>,
+    /// The weight of what is mirrored; black if absent.
+    pub mirror: Option<Color>,
+}
+
+/// A run of a mesh's triangles, up to the next.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MeshPart {
+    /// The number of its first triangle, from 0; above that of the part before.
+    pub first: At<u32>,
+    /// The name of a material; none of its own if absent.
+    pub material: Option<At<String>>,
+}
+
 /// The vertices of a mesh at a time. Between keys they go straight.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -166,6 +192,8 @@ pub struct Shape {
     pub implicit: Option<At<String>>,
     /// A mesh file (.obj, .ply, .stl, .gltf, .glb), relative to this file.
     pub mesh: Option<At<String>>,
+    /// Of a mesh: materials of runs of triangles, in place of the file's own.
+    pub parts: Option<At<Vec<At<MeshPart>>>>,
     /// Of a mesh: files of its vertices at later times, at least one key.
     pub motion: Option<At<Vec<At<MeshKey>>>>,
     /// Solids made of solids: of all points that are in any operand.
@@ -269,6 +297,8 @@ pub struct Polyhedron {
 pub struct Polygon {
     /// The corners in turn, in one plane.
     pub points: Vec<Triple>,
+    /// Shading normals, one at each corner, which smooth what is seen; flat if absent.
+    pub normals: Option<Vec<Triple>>,
 }
 
 /// The solid that an outline with holes in the plane z = 0 sweeps along z, from 0 to a

@@ -48,8 +48,13 @@ pub struct Camera {
     /// In place of the three: world_from_camera, 3 rows of 4, a rotation and the eye. The camera's
     /// axes are OpenCV's: x to the right, y down, z ahead.
     pub pose: Option<At<[[f64; 4]; 3]>>,
+    /// In place of `look_at` and `up`: unit vectors to the right, upward and ahead, at right angles,
+    /// which are taken as they are.
+    pub axes: Option<At<[[f64; 3]; 3]>>,
     /// Degrees from the picture's bottom to its top, between 0 and 180.
     pub fov_y: Option<At<f64>>,
+    /// In place of `fov_y`: half the picture's height at distance 1, greater than 0.
+    pub half_height: Option<At<f64>>,
     /// Height of the picture in world units, greater than 0; rays are parallel.
     pub orthographic: Option<At<f64>>,
     /// A pinhole by its measured numbers.

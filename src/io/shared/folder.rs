@@ -68,7 +68,8 @@ impl Folder {
         if !self.allow_outside && !found.starts_with(real(&self.root)?) {
             return Err(outside());
         }
-        if self.outputs.contains(&found) {
+        // An output may be a folder, all of whose files are.
+        if self.outputs.iter().any(|output| found.starts_with(output)) {
             return Err(LoadError::Output {
                 path: self.scene.clone(),
                 named: named.into(),

@@ -23,3 +23,4 @@ pub mod texels;
 pub mod text;
 pub mod triangulate;
 pub mod view_transform;
+pub mod write_ply;

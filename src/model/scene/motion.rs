@@ -101,7 +101,7 @@ impl Motions {
     }
 
     /// Says whether a row is interpolated rigidly.
-    pub(super) fn is_rigid(&self, row: usize) -> bool {
+    pub fn is_rigid(&self, row: usize) -> bool {
         self.first_pose[row] != NO_POSES
     }
 

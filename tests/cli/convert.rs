@@ -1,0 +1,125 @@
+//! `convert`: what is written renders with the bits of what was read, and files appear whole.
+
+use super::run::{folder, lanecast, names, stderr, stdout};
+use crate::common::{assets, in_repository};
+use std::fs;
+use std::path::Path;
+
+/// Renders in `folder`, small, and returns the picture's bytes.
+fn picture(folder: &Path, scene: &str) -> Vec<u8> {
+    let arguments = [
+        "render", scene, "-o", "p.png", "--size", "64x40", "--spp", "2",
+    ];
+    let output = lanecast(folder, &arguments);
+    assert!(output.status.success(), "{scene}: {}", stderr(&output));
+    let path = folder.join("p.png");
+    let bytes = fs::read(&path).unwrap();
+    fs::remove_file(path).unwrap();
+    bytes
+}
+
+/// Converts to both syntaxes, and on from each to the other; all four show the same picture.
+/// Returns what the first says to standard error.
+fn same_bits(scene: &Path) -> String {
+    let folder = folder();
+    let source = scene.to_str().unwrap();
+    let expected = picture(folder.path(), source);
+    let mut said = String::new();
+    for (from, to) in [
+        (source, "a.toml"),
+        (source, "b.json"),
+        ("a.toml", "c.json"),
+        ("b.json", "d.toml"),
+    ] {
+        let output = lanecast(folder.path(), &["convert", from, to]);
+        assert!(output.status.success(), "{source}: {}", stderr(&output));
+        assert!(stdout(&output).starts_with(to), "{}", stdout(&output));
+        if said.is_empty() {
+            said = stderr(&output).into();
+        }
+        assert!(picture(folder.path(), to) == expected, "{source} as {to}");
+    }
+    said
+}
+
+#[test]
+fn converted_scenes_have_the_same_bits() {
+    for name in [
+        "primitives",
+        "csg_bracket",
+        "csg_gear",
+        "csg_mesh",
+        "formula_solids",
+        "glass",
+        "instances",
+        "lens_glass",
+        "light_panels",
+        "prism",
+        "surface_heart",
+        "surface_torus",
+    ] {
+        let said = same_bits(&in_repository(&format!("scenes/{name}.toml")));
+        assert!(!said.contains("not written"), "{name}: {said}");
+    }
+}
+
+#[test]
+fn converted_files_of_other_formats_have_the_same_bits() {
+    let folder = folder();
+    let part = folder.path().join("part.csg");
+    let text = "multmatrix([[0, -1, 0, 3], [1, 0, 0, 0.1], [0, 0, 1, 0], [0, 0, 0, 1]]) {\n\
+                difference() { cube(size = [2, 2, 2]); cylinder(h = 3, r1 = 0.5, r2 = 0.7, \
+                $fn = 6); color([1, 0, 0, 1]) { sphere(r = 1.1); } } }\n";
+    fs::write(&part, text).unwrap();
+    same_bits(&part);
+    let Some(assets) = assets() else { return };
+    for name in CONVERTED {
+        same_bits(&assets.join(name));
+    }
+}
+
+/// Databases of NFF, with polygons, patches and shared names, and glTF files with nodes, cameras and
+/// several materials.
+const CONVERTED: [&str; 6] = [
+    "spd/balls_2.nff",
+    "spd/teapot_4.nff",
+    "spd/tree_5.nff",
+    "gltf/2CylinderEngine/2CylinderEngine.glb",
+    "gltf/Cameras/Cameras.gltf",
+    "gltf/multiple-boxes/multiple-boxes.gltf",
+];
+
+#[test]
+fn convert_overwrites_nothing_that_it_reads() {
+    let folder = folder();
+    let scene = "format = 1\n[shape]\nmesh.mesh = 'a_meshes/m.ply'\n[[instance]]\nshape = 'mesh'\n";
+    let mesh = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+                property float z\nelement face 1\nproperty list uchar int vertex_indices\n\
+                end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    fs::create_dir(folder.path().join("a_meshes")).unwrap();
+    fs::write(folder.path().join("a_meshes/m.ply"), mesh).unwrap();
+    fs::write(folder.path().join("a.toml"), scene).unwrap();
+    for (out, code, says) in [
+        ("a.toml", 2, "is the input"),
+        // Its meshes would go where those of the input are.
+        ("a.json", 2, "which an output would replace"),
+        ("b.txt", 2, ".toml or .json"),
+        ("none/b.toml", 4, "none"),
+    ] {
+        let output = lanecast(folder.path(), &["convert", "a.toml", out]);
+        assert_eq!(output.status.code(), Some(code), "{}", stderr(&output));
+        assert!(stderr(&output).contains(says), "{}", stderr(&output));
+        assert_eq!(names(folder.path()), ["a.toml", "a_meshes"]);
+    }
+    let output = lanecast(folder.path(), &["convert", "a.toml", "b.json"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert_eq!(
+        names(folder.path()),
+        ["a.toml", "a_meshes", "b.json", "b_meshes"]
+    );
+    assert_eq!(names(&folder.path().join("b_meshes")), ["mesh.ply"]);
+    assert_eq!(
+        fs::read_to_string(folder.path().join("a_meshes/m.ply")).unwrap(),
+        mesh
+    );
+}

@@ -17,7 +17,11 @@ pub fn run(args: &ConvertArgs) -> Result<(), CliError> {
     let stem = args.out.file_stem().unwrap_or_default().to_string_lossy();
     let folder_name = format!("{stem}_meshes");
     let folder = args.out.with_file_name(&folder_name);
-    let mut outputs = check_destinations(&[&args.scene], &[args.out.clone()], [].into_iter())?;
+    let mut outputs = check_destinations(
+        &[&args.scene],
+        std::slice::from_ref(&args.out),
+        [].into_iter(),
+    )?;
     // What the scene reads from there would be overwritten.
     outputs.push(folder.clone());
     let scene = scene::load(&args.scene, &args.load_options(outputs))?;

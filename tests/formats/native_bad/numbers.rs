@@ -169,7 +169,7 @@ fn numbers_that_are_no_scene() {
         ),
         (
             view("eye = [0,0,1]\nlook_at = [0,0,0]"),
-            &["scene.toml:2:1: the camera is empty; give one of fov_y, orthographic"],
+            &["scene.toml:2:1: the camera is empty; give one of fov_y, half_height, orthographic"],
         ),
         (
             view("eye = [0,0,1]\nlook_at = [0,0,0]\nfov_y = 35\northographic = 2"),

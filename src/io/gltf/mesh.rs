@@ -245,24 +245,12 @@ fn read_vertices(
     state: &State,
     place: &str,
 ) -> Result<Vertices, LoadError> {
-    let quantized = file
-        .root
-        .extensions_required
-        .iter()
-        .any(|e| e == "KHR_mesh_quantization");
-    let accept = |quantization| {
-        if quantized {
-            quantization
-        } else {
-            Accept::Float
-        }
-    };
     let attribute = |s| primitive.attributes.get(&Checked::Valid(s)).copied();
     let place_of = |what| format!("{place}, {what}");
 
     let at = place_of("POSITION");
     let positions = match attribute(Semantic::Positions) {
-        Some(id) => triples(file, id, &accept(Accept::Position), &at)?,
+        Some(id) => triples(file, id, &file.vertex_types(Accept::Position), &at)?,
         None => Vec::new(),
     };
     let first = mesh.positions.len();
@@ -276,7 +264,7 @@ fn read_vertices(
     match normals {
         Some(id) => {
             let at = place_of("NORMAL");
-            let normals = triples(file, id, &accept(Accept::Normal), &at)?;
+            let normals = triples(file, id, &file.vertex_types(Accept::Normal), &at)?;
             if normals.len() != count {
                 let message = format!("{} normals for {count} positions", normals.len());
                 return Err(file.invalid(&at, &message));

@@ -33,6 +33,7 @@ use crate::scene::SceneBuilder;
 use crate::shared::images::ImageStore;
 use crate::shared::messages::one_line;
 use crate::{Folder, ImportReport, LoadError, LoadOptions};
+use accessor::Accept;
 use buffers::Buffers;
 use gltf::json::Root;
 use gltf::json::mesh::Semantic;
@@ -66,6 +67,16 @@ impl File<'_> {
             path: self.path.into(),
             place: place.into(),
             message: message.into(),
+        }
+    }
+
+    /// Returns what vertices may be: floats, unless the file requires quantization, which allows
+    /// `quantized`.
+    fn vertex_types(&self, quantized: Accept) -> Accept {
+        let mut required = self.root.extensions_required.iter();
+        match required.any(|name| name == "KHR_mesh_quantization") {
+            true => quantized,
+            false => Accept::Float,
         }
     }
 

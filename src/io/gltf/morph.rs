@@ -22,11 +22,6 @@ pub(super) fn apply(
     (positions, normals): (&mut [[f64; 3]], &mut [[f32; 3]]),
     place: &str,
 ) -> Result<(), LoadError> {
-    let quantized = file
-        .root
-        .extensions_required
-        .iter()
-        .any(|e| e == "KHR_mesh_quantization");
     let targets = primitive.targets.iter().flatten().zip(weights);
     for (i, (target, weight)) in targets.enumerate() {
         if *weight == 0.0 {
@@ -34,8 +29,7 @@ pub(super) fn apply(
         }
         let column = |id, accept, name: &str| {
             let place = format!("{place}, target {i}, {name}");
-            let accept = if quantized { accept } else { Accept::Float };
-            let rows = triples(file, id, &accept, &place)?;
+            let rows = triples(file, id, &file.vertex_types(accept), &place)?;
             if rows.len() == positions.len() {
                 return Ok(rows);
             }

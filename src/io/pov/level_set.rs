@@ -1,7 +1,7 @@
 //! Export of level sets as POV-Ray's isosurfaces.
 
 use super::{PovError, number, vector};
-use crate::geom::formula::{Binary, Formula, Step, Unary, value_and_gradient};
+use crate::geom::formula::{Binary, Formula, Step, value_and_gradient};
 use crate::geom::{Clip, LevelSet};
 use crate::math::Aabb;
 use glam::DVec3;
@@ -62,7 +62,7 @@ fn written(formula: &Formula) -> Option<String> {
             Step::Coordinate(axis) => ["x", "y", "z"][usize::from(axis)].into(),
             Step::Constant(value) => format!("({})", number(value)),
             Step::Power(a, exponent) => format!("pow({}, {exponent})", of(a)),
-            Step::Unary(function, a) => format!("{}({})", name(function), of(a)),
+            Step::Unary(function, a) => format!("{}({})", function.name(), of(a)),
             Step::Binary(operator, a, b) => {
                 let (a, b) = (of(a), of(b));
                 match operator {
@@ -83,28 +83,10 @@ fn written(formula: &Formula) -> Option<String> {
     all.pop()
 }
 
-fn name(function: Unary) -> &'static str {
-    match function {
-        Unary::Abs => "abs",
-        Unary::Sqrt => "sqrt",
-        Unary::Exp => "exp",
-        Unary::Ln => "ln",
-        Unary::Sin => "sin",
-        Unary::Cos => "cos",
-        Unary::Tan => "tan",
-        Unary::Asin => "asin",
-        Unary::Acos => "acos",
-        Unary::Atan => "atan",
-        Unary::Sinh => "sinh",
-        Unary::Cosh => "cosh",
-        Unary::Tanh => "tanh",
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geom::formula::Builder;
+    use crate::geom::formula::{Builder, Unary};
 
     #[test]
     fn formulas_are_written_as_pov_ray_reads_them() {

@@ -1,6 +1,6 @@
 //! Tapes and formulas as expressions, and whether these read back to the same steps.
 
-use crate::geom::formula::{Binary, Formula, Step as FormulaStep, Unary};
+use crate::geom::formula::{Binary, Formula, Step as FormulaStep};
 use crate::geom::tape::{Step, Tape};
 use crate::native::expression::{Parameters, Surface, surface};
 use std::collections::HashMap;
@@ -76,7 +76,7 @@ pub(super) fn of_formula(formula: &Formula) -> Option<Equation> {
             FormulaStep::Coordinate(axis) => coordinate(axis),
             FormulaStep::Constant(value) => constant(value),
             FormulaStep::Power(a, exponent) => format!("{}^{exponent}", atom(of(a))),
-            FormulaStep::Unary(function, a) => format!("{}({})", name(function), of(a)),
+            FormulaStep::Unary(function, a) => format!("{}({})", function.name(), of(a)),
             FormulaStep::Binary(operator, a, b) => {
                 let (a, b) = (of(a), of(b));
                 match operator {
@@ -139,24 +139,6 @@ fn bare(text: String) -> String {
     match text.starts_with('(') && closes == Some(text.len() - 1) {
         true => text[1..text.len() - 1].into(),
         false => text,
-    }
-}
-
-fn name(function: Unary) -> &'static str {
-    match function {
-        Unary::Abs => "abs",
-        Unary::Sqrt => "sqrt",
-        Unary::Exp => "exp",
-        Unary::Ln => "ln",
-        Unary::Sin => "sin",
-        Unary::Cos => "cos",
-        Unary::Tan => "tan",
-        Unary::Asin => "asin",
-        Unary::Acos => "acos",
-        Unary::Atan => "atan",
-        Unary::Sinh => "sinh",
-        Unary::Cosh => "cosh",
-        Unary::Tanh => "tanh",
     }
 }
 

@@ -309,12 +309,15 @@ impl Writer<'_> {
                 .iter()
                 .any(|(known, _)| known.eq_ignore_ascii_case(name))
         };
-        let first = format!("{stem}.ply");
-        match is_taken(&first) {
-            false => first,
-            // The row of a shape is its own.
-            true => format!("{stem}_{}.ply", shape.0),
+        let mut name = format!("{stem}.ply");
+        // The row of a shape is its own, but another's name may end in it.
+        for more in shape.0.. {
+            if !is_taken(&name) {
+                break;
+            }
+            name = format!("{stem}_{more}.ply");
         }
+        name
     }
 }
 
@@ -331,4 +334,29 @@ fn steps(map: &Affine) -> Value {
     let [x, y, z] = *map.linear();
     let row = |k: usize| numbers([x[k], y[k], z[k], map.translation[k]]);
     Value::List(vec![one("matrix", Value::List((0..3).map(row).collect()))])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{MeshData, SceneBuilder};
+
+    #[test]
+    fn files_of_meshes_have_names_of_their_own() {
+        let mut scene = SceneBuilder::default();
+        let triangle = MeshData {
+            positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            triangles: vec![[0, 1, 2]],
+            ..MeshData::default()
+        };
+        // The third is the first one's name in other letters, with the number of its own row.
+        for name in ["a_2", "a", "A", "a_3"] {
+            let shape = scene.mesh(name, &triangle);
+            scene.instance("", Edge::shape(shape));
+        }
+        let scene = scene.finish().unwrap();
+        let made = native_scene(&scene, Path::new("a.toml"), "a_meshes").unwrap();
+        let names: HashSet<String> = made.files.iter().map(|(n, _)| n.to_lowercase()).collect();
+        assert_eq!(names.len(), 4, "{names:?}");
+    }
 }

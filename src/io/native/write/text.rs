@@ -56,12 +56,12 @@ fn toml(parts: &Table) -> String {
                     text.push_str("[\n");
                     for value in list {
                         text.push_str("  ");
-                        toml_value(&mut text, value);
+                        inline(&mut text, value, Syntax::Toml);
                         text.push_str(",\n");
                     }
                     text.push(']');
                 }
-                value => toml_value(&mut text, value),
+                value => inline(&mut text, value, Syntax::Toml),
             }
             text.push('\n');
         }
@@ -110,31 +110,6 @@ fn toml_key(key: &str) -> String {
     }
 }
 
-fn toml_value(text: &mut String, value: &Value) {
-    let mut separator = "";
-    match value {
-        Value::List(list) => {
-            text.push('[');
-            for value in list {
-                text.push_str(separator);
-                toml_value(text, value);
-                separator = ", ";
-            }
-            text.push(']');
-        }
-        Value::Table(table) => {
-            text.push('{');
-            for (key, value) in table {
-                let _ = write!(text, "{separator} {} = ", toml_key(key));
-                toml_value(text, value);
-                separator = ",";
-            }
-            text.push_str(" }");
-        }
-        single => scalar(text, single),
-    }
-}
-
 fn json(parts: &Table) -> String {
     let mut text = String::from("{\n");
     let mut first = "";
@@ -147,7 +122,7 @@ fn json(parts: &Table) -> String {
                 text.push('{');
                 for (key, value) in table {
                     let _ = write!(text, "{separator}    {}: ", quoted(key));
-                    json_value(&mut text, value);
+                    inline(&mut text, value, Syntax::Json);
                     separator = ",\n";
                 }
                 text.push_str("\n  }");
@@ -156,25 +131,26 @@ fn json(parts: &Table) -> String {
                 text.push('[');
                 for value in list {
                     let _ = write!(text, "{separator}    ");
-                    json_value(&mut text, value);
+                    inline(&mut text, value, Syntax::Json);
                     separator = ",\n";
                 }
                 text.push_str("\n  ]");
             }
-            value => json_value(&mut text, value),
+            value => inline(&mut text, value, Syntax::Json),
         }
     }
     text + "\n}\n"
 }
 
-fn json_value(text: &mut String, value: &Value) {
+/// Writes a value within one line.
+fn inline(text: &mut String, value: &Value, syntax: Syntax) {
     let mut separator = "";
     match value {
         Value::List(list) => {
             text.push('[');
             for value in list {
                 text.push_str(separator);
-                json_value(text, value);
+                inline(text, value, syntax);
                 separator = ", ";
             }
             text.push(']');
@@ -182,8 +158,11 @@ fn json_value(text: &mut String, value: &Value) {
         Value::Table(table) => {
             text.push('{');
             for (key, value) in table {
-                let _ = write!(text, "{separator} {}: ", quoted(key));
-                json_value(text, value);
+                let _ = match syntax {
+                    Syntax::Toml => write!(text, "{separator} {} = ", toml_key(key)),
+                    Syntax::Json => write!(text, "{separator} {}: ", quoted(key)),
+                };
+                inline(text, value, syntax);
                 separator = ",";
             }
             text.push_str(" }");

@@ -45,6 +45,27 @@ pub enum Unary {
     Tanh,
 }
 
+impl Unary {
+    /// Returns the name that scene files and POV-Ray have for the function.
+    pub fn name(self) -> &'static str {
+        match self {
+            Unary::Abs => "abs",
+            Unary::Sqrt => "sqrt",
+            Unary::Exp => "exp",
+            Unary::Ln => "ln",
+            Unary::Sin => "sin",
+            Unary::Cos => "cos",
+            Unary::Tan => "tan",
+            Unary::Asin => "asin",
+            Unary::Acos => "acos",
+            Unary::Atan => "atan",
+            Unary::Sinh => "sinh",
+            Unary::Cosh => "cosh",
+            Unary::Tanh => "tanh",
+        }
+    }
+}
+
 /// A function of two operands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Binary {

@@ -200,7 +200,13 @@ pub fn subject(random: &mut Random, kind: usize, plain: bool) -> Subject {
             Kind::Polygon(outline, normal)
         }
         9 => {
-            let normal = direction(random) * stretch(random, much);
+            let mut normal = direction(random) * stretch(random, much);
+            if random.below(4) == 0 {
+                // At 45 degrees to two axes.
+                let [i, j, k] = axes_from(random);
+                normal[i] = if random.below(2) == 0 { 0.0 } else { normal[i] };
+                normal[j] = normal[k] * [1.0, -1.0][random.below(2) as usize];
+            }
             Kind::HalfSpace(HalfSpace {
                 normal,
                 offset: normal.dot(center),
@@ -232,6 +238,12 @@ pub fn subject(random: &mut Random, kind: usize, plain: bool) -> Subject {
         size: extent,
         points,
     }
+}
+
+/// The three axes, from a random one on.
+fn axes_from(random: &mut Random) -> [usize; 3] {
+    let first = random.below(3) as usize;
+    [0, 1, 2].map(|k| (first + k) % 3)
 }
 
 /// Of any sort, with its own axes or those of the coordinates, multiplied out and
@@ -416,6 +428,13 @@ impl Subject {
                 0 => dir[k] = end,
                 _ => org[k] = -end,
             }
+        }
+        if let Kind::HalfSpace(_) = self.kind
+            && random.below(4) == 0
+        {
+            // Along a diagonal, to which planes at 45 degrees are parallel.
+            let [_, j, k] = axes_from(random);
+            dir[j] = dir[k] * [1.0, -1.0][random.below(2) as usize];
         }
         let narrow = random.below(2) == 0;
         self.case(random, org, dir, narrow)

@@ -220,7 +220,41 @@ fn plane<L: Lanes>(row: &HalfSpace, object: &ObjectRay<L>) -> Plane<L> {
     let zero = |n: L::Double, d: L::Double| {
         n.eq(<L::Double as Lanes>::zero()) | d.eq(<L::Double as Lanes>::zero())
     };
-    let parallel = zero(n.x, dir.x) & zero(n.y, dir.y) & zero(n.z, dir.z);
+    let products = Vec3::new(n.x * dir.x, n.y * dir.y, n.z * dir.z);
+    let zeros = Vec3::new(zero(n.x, dir.x), zero(n.y, dir.y), zero(n.z, dir.z));
+    let mut parallel = zeros.x & zeros.y & zeros.z;
+    let axes = [
+        (
+            row.normal.y,
+            row.normal.z,
+            zeros.x,
+            [dir.y, dir.z],
+            [products.y, products.z],
+        ),
+        (
+            row.normal.z,
+            row.normal.x,
+            zeros.y,
+            [dir.z, dir.x],
+            [products.z, products.x],
+        ),
+        (
+            row.normal.x,
+            row.normal.y,
+            zeros.z,
+            [dir.x, dir.y],
+            [products.x, products.y],
+        ),
+    ];
+    for (a, b, third, [da, db], [pa, pb]) in axes {
+        // Planes at 45 degrees seen along a diagonal: two products of the same numbers, of which
+        // one is negative.
+        if a.abs() == b.abs() && a != 0.0 {
+            let none = <L::Double as Lanes>::zero();
+            let cancel = da.abs().eq(db.abs()) & (pa + pb).eq(none) & !pa.eq(none);
+            parallel = parallel | third & cancel;
+        }
+    }
     Plane {
         ahead: Ahead {
             room,

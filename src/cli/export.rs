@@ -13,11 +13,13 @@ pub fn run(args: &ExportArgs) -> Result<(), CliError> {
     let files: Vec<PathBuf> = args.mitsuba.iter().cloned().collect();
     let outputs = check_destinations(&[&args.scene], &files, args.pov.iter())?;
     let scene = scene::load(&args.scene, &args.load_options(outputs))?;
-    let row = scene::pick_camera(&scene.cameras, args.camera.as_deref())?;
-    let of_scene = |source| LoadError::of_scene(&args.scene, source);
-    let instances = Instances::of(&scene).map_err(of_scene)?;
     let size = args.size.unwrap_or(RENDER_SIZE);
     let aspect = f64::from(size.width) / f64::from(size.height);
+    let scene = scene::viewed_at(scene, aspect, &args.view, &args.scene)?;
+    let asked = args.view.camera.as_deref().filter(|_| !args.view.fit);
+    let row = scene::pick_camera(&scene.cameras, asked)?;
+    let of_scene = |source| LoadError::of_scene(&args.scene, source);
+    let instances = Instances::of(&scene).map_err(of_scene)?;
     let lighting = match args.mitsuba {
         Some(_) => Lighting::Studio,
         None => Lighting::Headlight,

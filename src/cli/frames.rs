@@ -12,7 +12,7 @@ use super::error::CliError;
 use super::output::{Results, check_destinations, complain, printable_line, with_name_end};
 use super::pipeline::{Prepared, complete, load, named, of_camera, structure, warn_of_losses};
 use super::progress::{Drawing, rate};
-use super::scene::pick_camera;
+use super::scene::{pick_camera, viewed};
 use super::{ground, interrupt, metadata, motion, shutter};
 use crate::accel::{KeptTrees, RefitOutcome, WORST_REFIT, World};
 use crate::io::{AovSet, Development, LoadError, picture_files};
@@ -47,6 +47,7 @@ pub fn run(
     let options = args.load_options(outputs);
     let scene = args.scene.as_deref();
     let loaded = load(scene, &options, &mut watch, &mut stats)?;
+    let (loaded, config) = viewed(loaded, config.clone(), &args.common.view, named(scene))?;
     let row = pick_camera(&loaded.cameras, config.camera.as_deref())?;
     let how = (config.grid, args.light.integrator.0);
     let seconds = loaded.seconds.0;
@@ -54,7 +55,7 @@ pub fn run(
     let exposure = |scene: &Scene, time| args.shutter.exposure(scene, row, how, (time, step));
     let config = RenderConfig {
         shutter: exposure(&loaded, timeline.time(timeline.first.into(), seconds))?,
-        ..of_camera(config.clone(), &loaded, args.common.size)?
+        ..of_camera(config, &loaded, args.common.size)?
     };
     let config = args.light.complete(config, &loaded)?;
     let config = args.outputs.complete(config)?;

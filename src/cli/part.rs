@@ -6,7 +6,7 @@ use super::output::{Results, check_destinations, printable_line};
 use super::pipeline::{complete, load, named, of_camera};
 use super::progress::rate;
 use super::render::exposed;
-use super::scene::pick_camera;
+use super::scene::{pick_camera, viewed};
 use super::{ground, interrupt, memory, shutter};
 use crate::light::sampler::Kind;
 use crate::measure::{Stats, Watch};
@@ -37,6 +37,7 @@ pub fn run(
     let path = args.scene.as_deref();
     let options = args.load_options(outputs);
     let scene = load(path, &options, &mut watch, &mut stats)?;
+    let (scene, config) = viewed(scene, config, &args.common.view, named(path))?;
     let row = pick_camera(&scene.cameras, config.camera.as_deref())?;
     let how = (config.grid, args.light.integrator.0);
     let exposure = args.shutter.exposure(&scene, row, how, (0.0, 1.0))?;

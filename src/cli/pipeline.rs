@@ -1,14 +1,14 @@
 //! The first steps of every command that traces: load → instances → camera and lights →
 //! plan → build. The caller times and uses the parts.
 
-use super::args::{Size, has_lens};
+use super::args::{Size, ViewArgs, has_lens};
 use super::error::CliError;
 use super::output::complain;
 use super::plan::beyond_direct;
 use super::progress::Drawing;
 use super::{interrupt, scene};
 use crate::accel::{BuildQuality, KdQuality, Structure, World};
-use crate::io::{LoadError, LoadOptions};
+use crate::io::{LoadError, LoadOptions, clipped};
 use crate::measure::{InstanceNames, PlanSummary, SceneCounts, Stats, Watch};
 use crate::plan::{Plan, PlanError, plan};
 use crate::render::{Grid, Inspection, Integrator, Progress, RenderConfig, View};
@@ -36,12 +36,13 @@ pub struct Prepared {
 pub fn prepare(
     path: Option<&Path>,
     options: &LoadOptions,
-    config: &RenderConfig,
+    (config, seen): (&RenderConfig, &ViewArgs),
     watch: &mut Watch,
     stats: &mut Stats,
 ) -> Result<Prepared, CliError> {
     let scene = load(path, options, watch, stats)?;
-    complete(scene, named(path), config, watch, stats)
+    let (scene, config) = scene::viewed(scene, config.clone(), seen, named(path))?;
+    complete(scene, named(path), &config, watch, stats)
 }
 
 /// Loads a scene, or makes the built-in one.
@@ -65,7 +66,10 @@ pub fn load(
                     .into(),
             ));
         }
-        None => builtin().map_err(|e| CliError::Usage(e.to_string()))?,
+        None => {
+            let scene = builtin().map_err(|e| CliError::Usage(e.to_string()))?;
+            clipped(scene, &options.clip, named(path), None)?.scene
+        }
     };
     stats.stages.push(watch.stage("load"));
     Ok(scene)

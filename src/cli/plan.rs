@@ -9,7 +9,7 @@ use super::error::CliError;
 use super::interrupt;
 use super::output::{Results, check_destinations, printable_line};
 use super::pipeline::{Prepared, complete, load, named, of_camera};
-use super::scene::pick_camera;
+use super::scene::{pick_camera, viewed};
 use crate::accel::{TlasEntry, World};
 use crate::measure::{InstanceNames, Stats, Watch};
 use crate::plan::{remarks, searched, solved, spindle, stacked, unbounded};
@@ -73,6 +73,7 @@ pub fn run(args: &PlanArgs) -> Result<(), CliError> {
     let path = args.scene.as_deref();
     let options = args.common.load_options(outputs);
     let scene = load(path, &options, &mut watch, &mut stats)?;
+    let (scene, config) = viewed(scene, config, &args.common.view, named(path))?;
     let config = of_camera(config, &scene, args.common.size)?;
     let row = pick_camera(&scene.cameras, config.camera.as_deref())?;
     let config = RenderConfig {

@@ -6,7 +6,7 @@ use super::error::CliError;
 use super::output::{Results, check_destinations, complain, printable_line};
 use super::pipeline::{complete, load, named, of_camera, warn_of_losses};
 use super::progress::rate;
-use super::scene::pick_camera;
+use super::scene::{pick_camera, viewed};
 use super::{frames, ground, interrupt, memory, metadata, motion, part, shutter};
 use crate::io::{LoadError, picture_files};
 use crate::measure::{PictureSize, Stats, Watch};
@@ -55,6 +55,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     let path = args.scene.as_deref();
     let options = args.load_options(outputs);
     let scene = load(path, &options, &mut watch, &mut stats)?;
+    let (scene, config) = viewed(scene, config, &args.common.view, named(path))?;
     let row = pick_camera(&scene.cameras, config.camera.as_deref())?;
     let how = (config.grid, args.light.integrator.0);
     let shutter = args.shutter.exposure(&scene, row, how, (0.0, 1.0))?;

@@ -1,9 +1,12 @@
 //! Loads a scene and selects its camera and names, for all commands.
 
+use super::args::ViewArgs;
 use super::error::CliError;
 use super::output;
+use crate::io::LoadError;
 use crate::io::{self, LoadOptions};
-use crate::scene::{Cameras, Scene, ShapeId, UnknownCamera};
+use crate::render::RenderConfig;
+use crate::scene::{Cameras, Instances, Scene, ShapeId, UnknownCamera};
 use std::path::Path;
 
 /// Loads a scene; reports on standard error what could not be imported.
@@ -20,6 +23,61 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Scene, CliError> {
 pub fn pick_camera(cameras: &Cameras, asked: Option<&str>) -> Result<Option<usize>, CliError> {
     let unknown = |e: UnknownCamera| CliError::Usage(e.to_string());
     cameras.pick(asked).map_err(unknown)
+}
+
+/// Replaces the scene's cameras by the one that `--view` or `--fit` asks for, if any, and returns
+/// the configuration that sees it. Errors name the file `path`.
+pub fn viewed(
+    scene: Scene,
+    config: RenderConfig,
+    args: &ViewArgs,
+    path: &Path,
+) -> Result<(Scene, RenderConfig), CliError> {
+    let scene = viewed_at(scene, config.aspect(), args, path)?;
+    let camera = match args.view.is_some() || args.fit {
+        true => None,
+        false => config.camera.clone(),
+    };
+    Ok((scene, RenderConfig { camera, ..config }))
+}
+
+/// Replaces cameras as [`viewed`] does, for a picture of this width over height.
+pub fn viewed_at(
+    scene: Scene,
+    aspect: f64,
+    args: &ViewArgs,
+    path: &Path,
+) -> Result<Scene, CliError> {
+    let outlook = match args.view {
+        Some(view) => view.outlook(),
+        None if args.fit => {
+            let Some(row) = pick_camera(&scene.cameras, args.camera.as_deref())? else {
+                // The default view frames the scene.
+                return Ok(scene);
+            };
+            if scene.cameras.motions.of.contains(&(row as u32)) {
+                return Err(CliError::Usage(
+                    "--fit places one camera for all times, and this one moves; leave it out, or \
+                     name another with --camera"
+                        .into(),
+                ));
+            }
+            let camera = &scene.cameras.rows[row];
+            if camera.lens.is_some() {
+                output::complain("warning: --fit leaves out the camera's lens: all is sharp");
+            }
+            camera.outlook().ok_or_else(|| {
+                CliError::Usage(
+                    "--fit moves pinholes and cameras of parallel rays, and this one is a \
+                     panorama, a fisheye or calibrated; leave it out, or name another with --camera"
+                        .into(),
+                )
+            })?
+        }
+        None => return Ok(scene),
+    };
+    let instances = Instances::of(&scene).map_err(|e| LoadError::of_scene(path, e))?;
+    Ok(scene.framed(&outlook, &instances, aspect))
 }
 
 /// Returns a shape's name, or its kind.

@@ -129,7 +129,9 @@ fn prepared(
         ))
     })?;
     stats.stages.push(watch.stage("load"));
-    complete(scene, &args.scene, config, watch, stats)
+    let seen = &args.common.view;
+    let (scene, config) = scene::viewed(scene, config.clone(), seen, &args.scene)?;
+    complete(scene, &args.scene, &config, watch, stats)
 }
 
 /// The data shared by all modes.

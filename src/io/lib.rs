@@ -43,6 +43,7 @@ mod pov;
 mod radiance;
 mod rays;
 mod scad;
+mod section;
 mod shared;
 mod stl;
 
@@ -59,6 +60,7 @@ pub use polynomials::{KnownRoot, Listed, load_polynomials};
 pub use pov::{PovError, text as pov_text, warning as pov_warning};
 pub use rays::{RaySet, TriangleSet};
 pub use scad::Curves;
+pub use section::clipped;
 pub use shared::aovs::AovSet;
 pub use shared::child::end_children;
 pub use shared::folder::Folder;
@@ -69,6 +71,7 @@ pub use shared::picture::{Layer, Picture, PictureFile, picture_files};
 pub use shared::srgb::{SrgbEncoder, linear_from_srgb};
 pub use shared::view_transform::{Bits, Development, Tone};
 
+use crate::geom::HalfSpace;
 use crate::scene::{Edge, MeshData, Scene, SceneBuilder, SceneError};
 use shared::images::ImageStore;
 use std::path::{Path, PathBuf};
@@ -98,6 +101,8 @@ pub struct LoadOptions {
     pub animation: Option<Animated>,
     /// How the curves of OpenSCAD's files are drawn.
     pub scad_curves: Curves,
+    /// Half-spaces of the world that the scene is cut to.
+    pub clip: Vec<HalfSpace>,
 }
 
 /// Reads, checks and completes a scene file: `.toml`, `.json`, `.gltf`, `.glb`,
@@ -123,7 +128,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
             source,
         },
     })?;
-    Ok(Loaded { scene, warning })
+    section::clipped(scene, &options.clip, path, warning)
 }
 
 /// Fills the builder by the importer of the file's extension; a native scene also gives the

@@ -194,6 +194,9 @@ pub enum Inspection {
     Uv,
     /// Instances and their primitives.
     Ids,
+    /// Lines, as of a technical drawing, where instances and materials end, where the surface
+    /// turns sharply and where it is interrupted in depth.
+    Edges,
     /// What the ray's closest hit has cost. Comparison structures count steps and tests; in
     /// others they are 0.
     Heat(Cost),

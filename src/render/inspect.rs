@@ -67,7 +67,7 @@ impl Inspector<'_> {
                 let reading = [id.instance as f64, f64::from(primitive), f64::NAN];
                 (id_color(id.instance, primitive), reading)
             }
-            Inspection::Heat(_) => (self.nothing(), NOTHING),
+            Inspection::Heat(_) | Inspection::Edges => (self.nothing(), NOTHING),
         }
     }
 
@@ -168,6 +168,7 @@ fn columns(what: Inspection) -> &'static [&'static str] {
         Inspection::Normals => &["x", "y", "z"],
         Inspection::Uv => &["u", "v"],
         Inspection::Ids => &["instance", "primitive"],
+        Inspection::Edges => &["ink"],
         Inspection::Heat(_) => &["nodes", "tests", "escalations"],
     }
 }
@@ -181,6 +182,9 @@ pub fn legend(what: Inspection, readings: &[Reading]) -> String {
             "uv: barycentric u in red and v in green, shapes without triangles grey".into()
         }
         Inspection::Ids => "ids: a hue for each instance, a lightness for each primitive".into(),
+        Inspection::Edges => {
+            "edges: lines where things end or turn, from samples 4 times as fine as pixels".into()
+        }
         Inspection::Heat(cost) => {
             let what = match cost {
                 Cost::All => format!("nodes + tests + {ESCALATION} escalations"),

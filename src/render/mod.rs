@@ -5,6 +5,7 @@ mod blur;
 mod blur_direct;
 mod camera;
 mod config;
+mod edges;
 mod film;
 mod frames;
 mod ground;

@@ -9,6 +9,7 @@ use super::adaptive::{AdaptiveFilm, Reached, render_adaptively};
 use super::blur::{Blur, sum_picture};
 use super::camera::RayGenerator;
 use super::config::{Backdrop, Inspection, Integrator as How, RenderConfig, TileOrder};
+use super::edges::Lines;
 use super::film::{AovSample, blank, put};
 use super::frames::FrameMemory;
 use super::inspect::{Inspector, NOTHING, Reading};
@@ -480,8 +481,27 @@ impl Tile<'_> {
         };
         let mut scratch = Scratch::new(arena, trace);
         self.first_hits(order, &mut scratch, &mut statistics, &mut first_hit);
+        let mut counts = statistics.counts;
+        if what == Inspection::Edges {
+            let lines = Lines {
+                generator: self.generator,
+                integrator: Integrator {
+                    lights: &[],
+                    max_depth: 0,
+                    items: None,
+                    ..self.integrator()
+                },
+                backdrop: self.config.backdrop,
+                corner: self.corner,
+                size: self.size,
+            };
+            counts.add(&lines.draw(arena, &mut scratch, |row, drawn| {
+                let row = row as usize;
+                (color[row], alpha[row]) = (drawn.color, drawn.alpha);
+                readings[row] = [f64::from(drawn.ink), f64::NAN, f64::NAN];
+            }));
+        }
         drop(scratch);
-        let counts = statistics.counts;
         if let Inspection::Heat(cost) = what {
             inspector.costs(cost, order, trace, |row, hot, reading| {
                 (color[row as usize], readings[row as usize]) = (hot, reading);

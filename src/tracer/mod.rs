@@ -18,9 +18,7 @@ use crate::render::{
     Exposure, FinishedTile, Integrator, Picture, Progress, RenderConfig, Slices, View,
     render_blurred, render_with,
 };
-use crate::scene::{
-    Camera, Instances, Light, Scene, default_camera, default_camera_of_motion, default_lights,
-};
+use crate::scene::{Camera, Instances, Light, Scene, default_camera, default_lights};
 use crate::shade::barycentrics;
 use crate::trace::{
     self, Caching, Depths, HitIds, Ids, ScratchPool, ShadowCache, Spans, TraceScratch, any, closest,
@@ -198,7 +196,6 @@ impl Tracer {
         let row = scene.cameras.pick(config.camera.as_deref())?;
         let camera = match row {
             Some(row) => scene.cameras.rows[row],
-            None if scene.moves() => default_camera_of_motion(scene, config.aspect()),
             None => default_camera(scene, &world.instances, config.aspect()),
         };
         let lights = match &*scene.lights {

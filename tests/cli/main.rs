@@ -24,3 +24,4 @@ mod solids;
 mod solvers;
 mod surfaces;
 mod verify;
+mod views;

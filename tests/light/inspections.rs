@@ -80,7 +80,12 @@ fn by(accel: Accel, lanes: LaneCount) -> Choices {
 
 #[test]
 fn what_rays_meet_does_not_depend_on_how() {
-    for what in [Inspection::Normals, Inspection::Uv, Inspection::Ids] {
+    for what in [
+        Inspection::Normals,
+        Inspection::Uv,
+        Inspection::Ids,
+        Inspection::Edges,
+    ] {
         let expected = plain(what).color;
         for (accel, lanes, tiles, threads) in [
             (Accel::Bvh, LaneCount::Auto, TileOrder::Small, 3),

@@ -1,8 +1,10 @@
 //! Options of reading scene files.
 
 use super::values::parse_scad_curves;
+use crate::geom::HalfSpace;
 use crate::io::{Curves, LoadOptions};
 use clap::Args;
+use glam::DVec3;
 use std::path::PathBuf;
 
 #[derive(Args)]
@@ -14,6 +16,10 @@ pub struct ImportArgs {
     /// OpenSCAD makes them) [default: exact]
     #[arg(long, value_name = "CURVES", value_parser = parse_scad_curves)]
     pub scad_curves: Option<Curves>,
+    /// Keep what is in a half-space, ax + by + cz <= d, and show what the plane cuts; may be given
+    /// several times
+    #[arg(long, value_name = "A,B,C,D", allow_hyphen_values = true, value_parser = parse_plane)]
+    pub clip: Vec<HalfSpace>,
 }
 
 impl ImportArgs {
@@ -22,7 +28,28 @@ impl ImportArgs {
             allow_outside: self.allow_outside,
             outputs,
             scad_curves: self.scad_curves.unwrap_or_default(),
+            clip: self.clip.clone(),
             ..LoadOptions::default()
         }
+    }
+}
+
+fn parse_plane(text: &str) -> Result<HalfSpace, String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|x| x.trim().parse()).collect();
+    let numbers = numbers.unwrap_or_default();
+    match numbers[..] {
+        [a, b, c, d] => {
+            let normal = DVec3::new(a, b, c);
+            if normal == DVec3::ZERO || !normal.is_finite() || !d.is_finite() {
+                return Err("a, b and c must be finite and not all 0, and d finite".into());
+            }
+            // Scaled, so that no product of huge numbers overflows.
+            let size = normal.abs().max_element();
+            Ok(HalfSpace {
+                normal: normal / size,
+                offset: d / size,
+            })
+        }
+        _ => Err("expected four numbers A,B,C,D of the half-space ax + by + cz <= d".into()),
     }
 }

@@ -13,11 +13,13 @@ mod outputs;
 mod sequence;
 mod shutter;
 mod values;
+mod view;
 
 pub use bench::BenchArgs;
 pub use compare::CompareArgs;
 pub use light::{has_lens, needed_integrator};
 pub use values::Size;
+pub use view::ViewArgs;
 
 use super::error::CliError;
 use super::output::Sink;
@@ -297,9 +299,8 @@ pub struct ExportArgs {
     /// Maximum number of bounces of Mitsuba's paths [default: 16, as of our own]
     #[arg(long, value_name = "N", conflicts_with = "pov", value_parser = value_parser!(u32).range(0..=255))]
     pub max_depth: Option<u32>,
-    /// Name of a camera or of its node, or its number from 0 [default: the first]
-    #[arg(long, value_name = "NAME|INDEX")]
-    pub camera: Option<String>,
+    #[command(flatten)]
+    pub view: ViewArgs,
     #[command(flatten)]
     pub import: ImportArgs,
 }
@@ -394,9 +395,8 @@ pub struct CommonArgs {
     /// Write machine-readable results; - is standard output
     #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
     pub json: Option<Sink>,
-    /// Name of a camera or of its node, or its number from 0 [default: the first]
-    #[arg(long, value_name = "NAME|INDEX")]
-    pub camera: Option<String>,
+    #[command(flatten)]
+    pub view: ViewArgs,
     /// Variant of a glTF file's materials (KHR_materials_variants) [default: none]
     #[arg(long, value_name = "NAME")]
     pub variant: Option<String>,
@@ -565,7 +565,7 @@ impl CommonArgs {
             },
             kd: self.kd_quality(),
             threads: self.threads,
-            camera: self.camera.clone(),
+            camera: self.view.camera.clone(),
             ..RenderConfig::default()
         })
     }

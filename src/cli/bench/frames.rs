@@ -26,7 +26,13 @@ pub fn run(args: &BenchArgs, frames: u32) -> Result<(), CliError> {
     let mut watch = Watch::start();
     let mut stats = Stats::default();
     let options = args.common.load_options(outputs);
-    let prepared = prepare(Some(path), &options, &config, &mut watch, &mut stats)?;
+    let prepared = prepare(
+        Some(path),
+        &options,
+        (&config, &args.common.view),
+        &mut watch,
+        &mut stats,
+    )?;
     let planned = |precision| {
         let choices = Choices {
             precision,

@@ -61,7 +61,13 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
     let (prepared, given) = match (&args.scene, &args.mesh) {
         (Some(scene), _) => {
             let options = args.common.load_options(outputs);
-            let prepared = prepare(Some(scene), &options, &config, &mut watch, &mut stats)?;
+            let prepared = prepare(
+                Some(scene),
+                &options,
+                (&config, &args.common.view),
+                &mut watch,
+                &mut stats,
+            )?;
             (prepared, None)
         }
         (None, Some(mesh)) => {

@@ -297,6 +297,12 @@ impl SceneBuilder {
         self.tables.roots.push(edge);
     }
 
+    /// Leaves out all instances; what they refer to stays.
+    pub(super) fn clear_instances(&mut self) {
+        self.tables.roots = Default::default();
+        self.tables.root_names = Names::default();
+    }
+
     /// Checks every table once, and returns the scene.
     pub fn finish(mut self) -> Result<Scene, SceneError> {
         check(&mut self.tables)?;

@@ -221,7 +221,7 @@ impl Camera {
         Camera::posed(eye, look_at - eye, up, projection)
     }
 
-    fn posed(eye: DVec3, forward: DVec3, up: DVec3, projection: Projection) -> Camera {
+    pub(super) fn posed(eye: DVec3, forward: DVec3, up: DVec3, projection: Projection) -> Camera {
         // Scaled before it is squared, because views may span any range of f64.
         let unit = |v: DVec3| {
             let size = v.abs().max_element();

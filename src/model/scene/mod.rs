@@ -16,6 +16,7 @@ mod csg_tables;
 mod defaults;
 mod deformation;
 mod error;
+mod framing;
 mod global_transform;
 mod graph_order;
 mod hull;
@@ -32,6 +33,8 @@ mod nodes;
 mod paths;
 mod primitives;
 mod rigid;
+mod section;
+mod section_mesh;
 mod shapes;
 mod shared;
 mod shutter;
@@ -55,11 +58,10 @@ pub use csg_bounds::operand_bounds;
 pub use csg_solid::operands_first;
 pub use csg_solid::{CsgOperand, CsgSolid, Frame, MAX_OPERANDS, MAX_SURFACES};
 pub use csg_tables::{CsgTables, Operand};
-pub use defaults::{
-    FRAMED_TIMES, default_camera, default_camera_of_motion, default_lights, framed_bounds,
-};
+pub use defaults::default_lights;
 pub use deformation::Deformations;
 pub use error::{Entity, EntityKind, SceneError};
+pub use framing::{FRAMED_TIMES, Outlook, StandardView, default_camera, framed_bounds};
 pub use graph_order::{children_first, used_nodes};
 pub use hull::coarse_corners;
 pub use ids::*;
@@ -76,6 +78,7 @@ pub use motion::{Interpolation, Key, Motions};
 pub use names::Names;
 pub use nodes::{Edge, Edges, Nodes, Target};
 pub use primitives::{faces_of, shape_bounds, shape_center};
+pub use section::Uncut;
 pub use shapes::{Shape, Shapes};
 pub use shared::Shared;
 pub use shutter::{Shutter, ShutterShape};
@@ -185,10 +188,7 @@ impl Scene {
         let camera = match camera {
             Some(row) => self.cameras.rows[row],
             None => {
-                let camera = match self.moves() {
-                    true => default_camera_of_motion(&self, aspect),
-                    false => default_camera(&self, instances, aspect),
-                };
+                let camera = default_camera(&self, instances, aspect);
                 Arc::make_mut(&mut self.tables).cameras.rows.push(camera);
                 camera
             }

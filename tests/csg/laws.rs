@@ -7,7 +7,7 @@ use crate::common::{Random, RayColumns, campaign, kernels};
 use glam::DVec3;
 use lanecast::internals::geom::Sphere;
 use lanecast::internals::plan::Precision;
-use lanecast::internals::scene::{Edge, Operator};
+use lanecast::internals::scene::{Edge, Operator, Shape};
 use lanecast::internals::trace::HitId;
 
 use Operator::{Complement, Difference, Intersection, Union, Xor};
@@ -162,6 +162,58 @@ fn check_programs(programs: usize, rays: usize, seed: u64) {
 #[test]
 fn random_programs_are_as_the_reference_says() {
     check_programs(campaign(100), 16, 7);
+}
+
+/// Solids of which some are moved by about the tolerance, so that faces which were one are nearly
+/// so.
+fn check_tolerances(programs: usize, rays: usize, seed: u64) {
+    let (mut hits, mut all) = (0, 0);
+    for i in 0..programs as u64 {
+        let random = &mut Random(seed + i);
+        let count = 2 + random.below(12);
+        let mut program = Program::random(random, count, i % 3 == 1);
+        program.leaves.retain(|(leaf, _)| {
+            !matches!(
+                leaf,
+                Leaf::Quadric(_) | Leaf::Round(_) | Leaf::Tube(..) | Leaf::Throat(..)
+            )
+        });
+        if program.leaves.is_empty() {
+            continue;
+        }
+        let tolerance = [1e-7, 1e-5, 1e-3, 0.05][random.below(4) as usize];
+        for (leaf, _) in &mut program.leaves {
+            if random.below(2) == 0 {
+                *leaf = leaf.clone().moved(random.vector() * (2.0 * tolerance));
+            }
+        }
+        let most = 2 + random.below(31);
+        let tree = program.tree(random, most);
+        let asked = Asked::new(|scene| {
+            let shapes = program.shapes(scene, 1.0);
+            let shape = Tree::of(Union, [tree.clone()]).shape(scene, &shapes);
+            let Shape::Csg(id) = scene.tables().shapes.row(shape) else {
+                panic!("a union is a solid");
+            };
+            scene.set_tolerance(id, tolerance);
+            scene.instance("", Edge::shape(shape));
+        });
+        let truth = agree(&asked, &random_rays(random, rays, 1.0));
+        hits += truth.iter().flatten().count();
+        all += truth.len();
+    }
+    assert!(hits * 10 > all && hits * 10 < all * 9, "{hits} of {all}");
+}
+
+#[test]
+fn lanes_know_tolerances() {
+    check_tolerances(campaign(400), 32, 70);
+}
+
+#[test]
+#[ignore = "some hundred thousand rays before the reference, in minutes"]
+fn lanes_know_tolerances_a_hundred_thousand_times() {
+    check_tolerances(campaign(10_000), 32, 70_000_000);
 }
 
 #[test]

@@ -11,6 +11,7 @@ use super::baselines::bvh4_build::{Bvh4Quality, build};
 use super::coincident_faces::CoincidentFaces;
 use super::mesh_crossings::{MeshCrossingTrees, MeshCrossings};
 use super::slabs::Slabs;
+use crate::geom::primitive::Blur;
 use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb, Aabb32, Vec3, unit};
@@ -60,6 +61,18 @@ pub struct PreparedCsg {
     normals: (Vec<DVec3>, Vec<usize>),
     /// The coefficients of [`PreparedCsg::farthest_event`].
     event: [f64; 2],
+    /// By operand, of a solid with a tolerance: see [`PreparedCsg::tolerance`].
+    tolerances: Vec<ToleranceBounds>,
+}
+
+/// How lanes widen the bounds of an operand's boundaries for the solid's tolerance
+/// (docs/numerics/csg.md, K17).
+#[derive(Clone, Copy, Debug)]
+pub struct ToleranceBounds {
+    /// The factor of a curved surface's or a box's bound, times the lanes' unit roundoff.
+    pub factor: f64,
+    /// What the bound of a plane grows by, times the rate at which the ray leaves it.
+    pub plane: f64,
 }
 
 /// Bounds on how far boundaries of operands in one frame may lie off. A pair [a, b] stands
@@ -187,14 +200,20 @@ impl PreparedCsg {
         let size = frames.fold(own.map_or(f64::INFINITY, |b| b.max_abs()), f64::max);
         let placement = |frame| PlacementBounds::bound(frame, size);
         let placements: Vec<PlacementBounds> = solid.frames.iter().map(placement).collect();
-        let event = match &placements[..] {
+        let mut event = match &placements[..] {
             [_] => [0.0; 2],
             all => [0, 1].map(|i| all.iter().fold(0.0, |most, p| f64::max(most, p.event[i]))),
         };
+        // K17: twice for the roundings here.
+        event[1] += 2.0 * solid.tolerance / SLOWEST;
         let roughness = roughness(tables, &solid);
-        let normals = match roughness == 0.0 {
+        let normals = match roughness == 0.0 && solid.tolerance == 0.0 {
             true => Default::default(),
             false => unit_normals(tables, &solid),
+        };
+        let tolerances = match solid.tolerance > 0.0 {
+            true => tolerances(tables, &solid),
+            false => Vec::new(),
         };
         PreparedCsg {
             bounds: own,
@@ -202,6 +221,7 @@ impl PreparedCsg {
             normals,
             placements,
             event,
+            tolerances,
             roughness,
             coincident_faces: CoincidentFaces::find(tables, &solid),
             meshes: meshes.collect(),
@@ -248,8 +268,22 @@ impl PreparedCsg {
         self.placements[frame as usize].plane
     }
 
-    /// Returns the unit normals of an operand that planes bound, in its own space. The
-    /// solid's roughness must not be 0.
+    /// Returns how lanes widen the bounds of an operand's boundaries for the solid's tolerance;
+    /// `None` if it has none.
+    #[inline]
+    pub fn tolerance(&self, operand: u32) -> Option<ToleranceBounds> {
+        self.tolerances.get(operand as usize).copied()
+    }
+
+    /// Says whether the solid has a tolerance that lanes do not know how to widen the bounds of
+    /// its operands by, as those of polynomials.
+    pub fn is_beyond_lanes(&self) -> bool {
+        let apart = |operand: &CsgOperand| operand.shape.blur() == Blur::Apart;
+        self.solid.tolerance > 0.0 && self.solid.operands.iter().any(apart)
+    }
+
+    /// Returns the unit normals of an operand that planes bound, in its own space. The solid
+    /// must have several frames, or a tolerance.
     #[inline]
     pub fn unit_normals(&self, operand: u32) -> &[DVec3] {
         let (normals, ends) = &self.normals;
@@ -409,6 +443,22 @@ fn mesh_of(operand: &CsgOperand) -> Option<MeshId> {
 /// K12).
 fn room(bounds: &Aabb) -> f64 {
     bounds.max_abs() * (64.0 * f64::EPSILON)
+}
+
+/// Bounds the slack of a solid's tolerance at boundaries of its operands. A boundary's bound is at
+/// least 2.5 roundings of the operand's least extent over the rate (K3), so the tolerance over the
+/// rate is at most a multiple of it (docs/numerics/csg.md, K17).
+fn tolerances(tables: &Tables, solid: &CsgSolid) -> Vec<ToleranceBounds> {
+    let of = |operand: &CsgOperand| {
+        let frame = &solid.frames[operand.frame as usize];
+        // A part in a hundred for the roundings of the stretch and of what follows.
+        let plane = 1.01 * solid.tolerance * frame.operand_from_solid.stretch();
+        let factor = tables
+            .thickness(operand.id)
+            .map_or(0.0, |thin| plane / (2.5 * thin));
+        ToleranceBounds { factor, plane }
+    };
+    solid.operands.iter().map(of).collect()
 }
 
 /// Returns the unit normals of all operands, and by operand where its own end.

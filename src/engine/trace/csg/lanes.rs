@@ -49,8 +49,9 @@ pub(in crate::trace) struct LaneScratch {
 }
 
 /// Number of operands along a packet up to which it is traced in lanes; packets with more
-/// are split.
-const MAX_OPERANDS: usize = 64;
+/// are split. In `fast` it is one that single rays may have as well (K16).
+const MAX_OPERANDS: usize = 256;
+const MAX_OPERANDS_FAST: usize = 64;
 
 /// Number of gates up to which programs are evaluated in lanes.
 const MAX_GATES: usize = 256;
@@ -65,14 +66,17 @@ pub(in crate::trace) fn first<L: Lanes, C: Certainty>(
     limit: L,
     scratch: &mut TraceScratch,
 ) -> CsgHits<L> {
-    // The scalar walk handles solids with a tolerance. It also handles tall programs: it
-    // updates the few gates that a ray changes, while lanes evaluate all of them.
+    // The scalar walk handles tall programs: it updates the few gates that a ray changes, while
+    // lanes evaluate all of them.
     let solid = &csg.solid;
     let is_tall = solid.program.gates() > MAX_GATES;
-    // In `fast` it also handles solids with meshes, so that answers do not depend on whether
-    // lanes or the scalar walk give them.
-    let has_meshes = solid.has_meshes() && !C::GUARDED;
-    if is_tall || has_meshes || solid.tolerance > 0.0 {
+    // In `fast` it also handles solids with meshes or a tolerance, so that answers do not depend
+    // on whether lanes or the scalar walk give them.
+    let is_scalar = match C::GUARDED {
+        true => csg.is_beyond_lanes(),
+        false => solid.has_meshes() || solid.tolerance > 0.0,
+    };
+    if is_tall || is_scalar {
         return CsgHits::for_fallback(active);
     }
     first_by_parts::<L, C>((csg, tables), object, active, limit, scratch)
@@ -108,13 +112,17 @@ fn first_by_parts<L: Lanes, C: Certainty>(
         let until = L::select(awake, far, asleep);
         let slabs = solid.0.slabs(ray.org, ray.dir);
         solid.0.operands_in_boxes(&slabs, ray.t_min, until, boxed);
-        if boxed.len() > MAX_OPERANDS && active.count_ones() < 2 {
+        if boxed.len() > MAX_OPERANDS_FAST && active.count_ones() < 2 {
             known = keep_nearest(solid.0, &slabs, ray.t_min, active, boxed);
         }
         operands.clear();
         operands.extend(boxed.iter().map(|entry| (entry >> 32) as u32));
     }
-    if operands.len() <= MAX_OPERANDS {
+    let most = match C::GUARDED {
+        true => MAX_OPERANDS,
+        false => MAX_OPERANDS_FAST,
+    };
+    if operands.len() <= most {
         return run::<L, C>(solid, object, (active, limit, known), scratch);
     }
     if active.count_ones() < 2 {
@@ -145,8 +153,8 @@ fn keep_nearest<L: Lanes>(
     let lane = active.trailing_zeros() as usize;
     let enter = |entry: u64| csg.part_of(entry, slabs, t_min).1.lane(lane).to_f64();
     boxed.sort_unstable_by(|a, b| enter(*a).total_cmp(&enter(*b)).then(a.cmp(b)));
-    let next = enter(boxed[MAX_OPERANDS]);
-    boxed.truncate(MAX_OPERANDS);
+    let next = enter(boxed[MAX_OPERANDS_FAST]);
+    boxed.truncate(MAX_OPERANDS_FAST);
     boxed.sort_unstable();
     L::from_f64(next)
 }

@@ -185,14 +185,19 @@ impl<'a, L: Lanes> Spaces<'a, L> {
         ends::<L, C>(tables, operand.shape, &frame, astray)
     }
 
-    /// Widens a span's ends by the slack between frames (K3, K4): see [`widening`].
+    /// Widens a span's ends by the slack between frames (K3, K4) and that of a tolerance (K17): see
+    /// [`widening`].
     #[inline(always)]
     pub fn widened(&mut self, csg: &PreparedCsg, number: u32, ends: &Ends<L>, wider: L) -> Ends<L> {
         let operand = &csg.solid.operands[number as usize];
         if operand.shape.blur() == Blur::Apart {
             return *ends;
         }
-        let wide = ends.widened(wider);
+        let tolerance = csg.tolerance(number);
+        let unit = L::Scalar::UNIT_ROUNDOFF.to_f64();
+        // The bound once more, for the roundings of the wider one (K17).
+        let more = tolerance.map_or(0.0, |tolerance| 1.0 + tolerance.factor / unit);
+        let wide = ends.widened(wider + L::from_f64(more));
         let normals = csg.unit_normals(number);
         if normals.is_empty() {
             return wide;
@@ -200,7 +205,8 @@ impl<'a, L: Lanes> Spaces<'a, L> {
         let own = self.own;
         let frame = self.in_frame(csg, operand.frame);
         let slack = csg.placement_per_reach(operand.frame).map(L::from_f64);
-        let slack = own.ray.org.max_abs() * slack[0] + slack[1];
+        let more = tolerance.map_or(0.0, |tolerance| tolerance.plane);
+        let slack = own.ray.org.max_abs() * slack[0] + slack[1] + L::from_f64(more);
         wide.moved(slack / least_rate(normals, frame.ray))
     }
 }
@@ -227,11 +233,11 @@ impl<L: Lanes> Frames<L> {
     }
 }
 
-/// Factor by which intervals of boundaries grow (K3), if the solid has several frames:
-/// see [`PreparedCsg::widening_per_reach`].
+/// Factor by which intervals of boundaries grow (K3), if the solid has several frames or a
+/// tolerance: see [`PreparedCsg::widening_per_reach`].
 #[inline(always)]
 pub(super) fn widening<L: Lanes, C: Certainty>(csg: &PreparedCsg, ray: &Ray<L>) -> Option<L> {
-    if !C::GUARDED || csg.roughness == 0.0 {
+    if !C::GUARDED || csg.solid.is_exact() {
         return None;
     }
     let unit = L::Scalar::UNIT_ROUNDOFF.to_f64();

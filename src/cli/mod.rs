@@ -35,6 +35,7 @@ mod render;
 mod roots;
 mod scene;
 mod shutter;
+mod tradeoff;
 mod verify;
 
 #[cfg(unix)]
@@ -42,7 +43,7 @@ pub use cpu::check_before_main;
 
 use args::{
     BenchArgs, CompareArgs, ConvertArgs, ExportArgs, ExtremesArgs, MeasureArgs, MergeArgs,
-    PlanArgs, ProbeArgs, RenderArgs, RootsArgs, VerifyArgs,
+    PlanArgs, ProbeArgs, RenderArgs, RootsArgs, TradeoffArgs, VerifyArgs,
 };
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use error::CliError;
@@ -75,6 +76,8 @@ enum Command {
     Verify(VerifyArgs),
     /// Measure rays per second by ray kind and mode
     Bench(BenchArgs),
+    /// Show speed against accuracy: all ways to render a scene, their times and errors
+    Tradeoff(TradeoffArgs),
     /// Print what a scene requires, and the choices made for it
     Plan(PlanArgs),
     /// Sweep scenes to extremes, and report where each precision begins to err
@@ -118,6 +121,7 @@ fn run() -> ExitCode {
         Command::Compare(args) => compare::run(args),
         Command::Verify(args) => verify::run(args),
         Command::Bench(args) => bench::run(args),
+        Command::Tradeoff(args) => tradeoff::run(args),
         Command::Plan(args) => plan::run(args),
         Command::Extremes(args) => extremes::run(args),
         Command::Probe(args) => probe::run(args),

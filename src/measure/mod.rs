@@ -19,6 +19,7 @@ pub mod ray_kinds;
 pub mod rays;
 pub mod solvers;
 mod stats;
+pub mod tradeoff;
 pub mod verify;
 pub mod volumes;
 

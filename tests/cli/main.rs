@@ -23,5 +23,6 @@ mod shutters;
 mod solids;
 mod solvers;
 mod surfaces;
+mod tradeoff;
 mod verify;
 mod views;

@@ -44,10 +44,11 @@ fn render(folder: &Path, scene: &str, more: &[&str]) -> RgbImage {
 
 /// Names a pixel's colour, which tone curves make a little paler.
 fn color_of(picture: &RgbImage, x: u32, y: u32) -> &'static str {
-    match picture.get_pixel(x, y).0 {
-        [200.., 0..80, 0..80] => "red",
-        [0..80, 200.., 0..80] => "green",
-        [0..80, 0..80, 200..] => "blue",
+    let bright = picture.get_pixel(x, y).0.map(|c| c >= 200);
+    match bright {
+        [true, false, false] => "red",
+        [false, true, false] => "green",
+        [false, false, true] => "blue",
         _ => "other",
     }
 }

@@ -184,7 +184,7 @@ fn check_tolerances(programs: usize, rays: usize, seed: u64) {
         let tolerance = [1e-7, 1e-5, 1e-3, 0.05][random.below(4) as usize];
         for (leaf, _) in &mut program.leaves {
             if random.below(2) == 0 {
-                *leaf = leaf.clone().moved(random.vector() * (2.0 * tolerance));
+                *leaf = leaf.moved(random.vector() * (2.0 * tolerance));
             }
         }
         let most = 2 + random.below(31);

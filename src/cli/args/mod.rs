@@ -12,12 +12,14 @@ mod light;
 mod outputs;
 mod sequence;
 mod shutter;
+mod tradeoff;
 mod values;
 mod view;
 
 pub use bench::BenchArgs;
 pub use compare::CompareArgs;
 pub use light::{has_lens, needed_integrator};
+pub use tradeoff::TradeoffArgs;
 pub use values::Size;
 pub use view::ViewArgs;
 

@@ -2,8 +2,8 @@
 //! other.
 
 use super::{Comparison, shown};
-use crate::io::{Bits, ChannelPicture, Development, Picture, SaveError, png_bytes};
-use crate::measure::plot::{Heading, Section, page_with};
+use crate::io::{ChannelPicture, Picture, SaveError};
+use crate::measure::plot::{Heading, Section, data, page_with};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -132,33 +132,6 @@ fn image(picture: &Picture, name: &str, path: &Path) -> Result<String, SaveError
     Ok(format!(
         "<img class=\"map\" alt=\"{name}\" src=\"{data}\">\n"
     ))
-}
-
-/// Returns a picture as an address that holds all of it (RFC 2397).
-fn data(picture: &Picture, path: &Path) -> Result<String, SaveError> {
-    let development = Development {
-        bits: Bits::Eight,
-        ..Development::default()
-    };
-    let bytes = png_bytes(picture, &development, path)?;
-    Ok(format!("data:image/png;base64,{}", base64(&bytes)))
-}
-
-/// Encodes bytes in base 64 (RFC 4648, section 4).
-fn base64(bytes: &[u8]) -> String {
-    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for some in bytes.chunks(3) {
-        let byte = |i: usize| u32::from(some.get(i).copied().unwrap_or(0));
-        let group = byte(0) << 16 | byte(1) << 8 | byte(2);
-        for i in 0..4 {
-            match i <= some.len() {
-                true => text.push(DIGITS[(group >> (18 - 6 * i) & 63) as usize] as char),
-                false => text.push('='),
-            }
-        }
-    }
-    text
 }
 
 /// Colours of a difference from 0 to 1, whose lightness grows evenly, as linear Rec. 709.

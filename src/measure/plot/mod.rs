@@ -7,15 +7,19 @@
 
 mod bars;
 mod curves;
+mod embed;
 mod extremes;
 mod page;
 mod solvers;
 mod svg;
+mod tradeoff;
 
+pub use embed::data;
 pub use extremes::extremes_page;
 pub use page::{Heading, Section, page_with};
 pub use solvers::solvers_page;
 pub use svg::escaped;
+pub use tradeoff::tradeoff_page;
 
 use super::bench::{Comparison, Row};
 use super::growth::Growth;

@@ -1,0 +1,196 @@
+//! The page of `tradeoff`: time against error, a table whose rows are commands, and any two pictures
+//! under a slider. It needs no other file and no network.
+
+use super::curves::{Chart, Line, Stroke, draw};
+use super::embed::data;
+use super::page::{Heading, Section, page_with};
+use super::svg::escaped;
+use crate::io::{Picture, SaveError};
+use crate::measure::tradeoff::Point;
+use std::fmt::Write;
+use std::path::Path;
+
+const STYLE: &str = "
+body { max-width: 1120px; }
+.pair { position: relative; line-height: 0; max-width: 960px; }
+.pair img { width: 100%; height: auto; image-rendering: pixelated; }
+.pair img + img { position: absolute; inset: 0; clip-path: inset(0 0 0 var(--cut, 50%)); }
+.pair.difference { filter: brightness(var(--gain, 8)); isolation: isolate; }
+.pair.difference img + img { clip-path: none; mix-blend-mode: difference; }
+.cut { width: 100%; max-width: 960px; margin: 10px 0; display: block; }
+select, button { font: inherit; color: inherit; background: var(--page); border: 1px solid var(--axis);
+  border-radius: 4px; padding: 1px 8px; max-width: 46%; }
+tr.front td:first-child::before { content: '\\2605  '; } td code { user-select: all; }
+td.number { text-align: right; } .curve.front { stroke: var(--soft); stroke-width: 1.5; }
+";
+
+/// The script: which pictures are shown, where the border is, and what a button copies.
+const SCRIPT: &str = "<script>
+const pair = document.querySelector('.pair'), [left, right] = pair.querySelectorAll('img');
+const [first, second] = document.querySelectorAll('select');
+const show = () => { left.src = pictures[first.value]; right.src = pictures[second.value]; };
+first.onchange = second.onchange = show;
+document.querySelector('.cut').oninput = e => pair.style.setProperty('--cut', e.target.value + '%');
+document.querySelector('.gain').oninput = e => {
+  pair.classList.toggle('difference', e.target.value > 0);
+  pair.style.setProperty('--gain', 2 ** e.target.value); };
+for (const button of document.querySelectorAll('button.copy')) button.onclick = () =>
+  navigator.clipboard.writeText(button.previousElementSibling.textContent);
+for (const row of document.querySelectorAll('tr[data-way]')) row.onclick = () => {
+  first.value = row.dataset.way; show(); };
+show();
+</script>
+";
+
+/// Writes the page of a scene: its points with their pictures, and the converged picture. Fails if
+/// a picture cannot be encoded.
+pub fn tradeoff_page(
+    scene: &str,
+    facts: Vec<(&'static str, String)>,
+    (points, pictures, truth): (&[Point], &[Picture], &Picture),
+    path: &Path,
+) -> Result<String, SaveError> {
+    let plot = draw(&Chart {
+        x_label: "seconds",
+        y_label: "RMSE against the converged picture",
+        lines: lines(points),
+        y_covers: None,
+    });
+    let sections = [
+        Section {
+            heading: "Time against error".into(),
+            note:
+                "Each dot is a way to render the scene, in the colour of what it varies; the line \
+                   joins those that no other way beats. Both axes are logarithmic."
+                    .into(),
+            figure: plot,
+        },
+        Section {
+            heading: "Pictures".into(),
+            note: "The first picture is left of the border, the second right of it; the second \
+                   slider shows their difference, brighter the farther it is."
+                .into(),
+            figure: viewer(points, pictures, truth, path)?,
+        },
+        Section {
+            heading: "Ways".into(),
+            note: "Wrong pixels are those whose camera ray meets something else than exact \
+                   arithmetic says. A click on a row shows its picture on the left."
+                .into(),
+            figure: table(scene, points),
+        },
+    ];
+    let heading = Heading {
+        title: format!("Speed against accuracy: {scene}"),
+        facts,
+    };
+    let page = page_with(&heading, STYLE, &sections);
+    // The script stands behind the figures that it moves.
+    Ok(page.replacen("</body>", &format!("{SCRIPT}</body>"), 1))
+}
+
+/// Dots for each choice, and the front.
+fn lines(points: &[Point]) -> Vec<Line> {
+    let mut choices: Vec<&'static str> = Vec::new();
+    for point in points {
+        if !choices.contains(&point.choice) {
+            choices.push(point.choice);
+        }
+    }
+    let place = |point: &Point| [point.seconds, point.rmse];
+    let mut lines: Vec<Line> = choices
+        .iter()
+        .enumerate()
+        .map(|(hue, choice)| Line {
+            label: (*choice).to_owned(),
+            hue,
+            stroke: Stroke::Dots,
+            points: points
+                .iter()
+                .filter(|point| point.choice == *choice)
+                .map(place)
+                .collect(),
+        })
+        .collect();
+    let mut front: Vec<[f64; 2]> = points.iter().filter(|p| p.pareto).map(place).collect();
+    front.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    lines.push(Line {
+        label: "best".into(),
+        hue: choices.len(),
+        stroke: Stroke::Dashed,
+        points: front,
+    });
+    lines
+}
+
+fn name(point: &Point) -> &str {
+    match &point.options[..] {
+        "" => "the scene's own way",
+        options => options,
+    }
+}
+
+fn viewer(
+    points: &[Point],
+    pictures: &[Picture],
+    truth: &Picture,
+    path: &Path,
+) -> Result<String, SaveError> {
+    let mut html = String::from("<script>const pictures = [\n");
+    for picture in pictures.iter().chain([truth]) {
+        let _ = writeln!(html, "\"{}\",", data(picture, path)?);
+    }
+    html.push_str("];</script>\n<p>");
+    // At first the fastest of the front beside the converged picture.
+    let fastest = points.iter().enumerate().filter(|(_, point)| point.pareto);
+    let fastest = fastest.min_by(|a, b| a.1.seconds.total_cmp(&b.1.seconds));
+    for (side, chosen) in [
+        ("Left", fastest.map_or(0, |(row, _)| row)),
+        ("Right", points.len()),
+    ] {
+        let _ = write!(html, "<select aria-label=\"{side}\">");
+        let names = points.iter().map(name).chain(["the converged picture"]);
+        for (row, name) in names.enumerate() {
+            let selected = if row == chosen { " selected" } else { "" };
+            let name = escaped(name);
+            let _ = write!(html, "<option value=\"{row}\"{selected}>{name}</option>");
+        }
+        html.push_str("</select> ");
+    }
+    html.push_str(
+        "</p>\n<div class=\"pair\"><img alt=\"Left\"><img alt=\"Right\"></div>\n\
+         <input class=\"cut\" type=\"range\" min=\"0\" max=\"100\" step=\"0.1\" value=\"50\" \
+         aria-label=\"Border\">\n<label>Difference <input class=\"gain\" type=\"range\" min=\"0\" \
+         max=\"6\" step=\"0.1\" value=\"0\"></label>\n",
+    );
+    Ok(html)
+}
+
+fn table(scene: &str, points: &[Point]) -> String {
+    let mut html = String::from(
+        "<table><tr><th>varies<th>seconds<th>spread<th>build<th>wrong pixels<th>RMSE<th>relMSE\
+         <th>FLIP<th>command</tr>\n",
+    );
+    let mut rows: Vec<(usize, &Point)> = points.iter().enumerate().collect();
+    rows.sort_by(|a, b| a.1.seconds.total_cmp(&b.1.seconds));
+    for (row, point) in rows {
+        let class = if point.pareto { " class=\"front\"" } else { "" };
+        let wrong = point.wrong_pixels.map_or("?".into(), |n| n.to_string());
+        let command = escaped(format!("lanecast render {scene} {}", point.options).trim_end());
+        let _ = writeln!(
+            html,
+            "<tr data-way=\"{row}\"{class}><td>{}<td class=\"number\">{:.4}<td class=\"number\">{:.4}\
+             <td class=\"number\">{:.4}<td class=\"number\">{wrong}<td class=\"number\">{:.5}\
+             <td class=\"number\">{:.5}<td class=\"number\">{:.5}<td><code>{command}</code> \
+             <button class=\"copy\">copy</button></tr>",
+            point.choice,
+            point.seconds,
+            point.spread,
+            point.build_seconds,
+            point.rmse,
+            point.relmse,
+            point.flip
+        );
+    }
+    html + "</table>\n"
+}

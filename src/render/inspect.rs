@@ -9,7 +9,7 @@ use super::tile::View;
 use crate::accel::Counter;
 use crate::plan::Kernels;
 use crate::scene::Rgb;
-use crate::shade::{Surface, barycentrics};
+use crate::shade::{InteractionPart, Surface, barycentrics};
 use crate::trace::{
     Depths, HitId, HitIds, Hits, Rays, TURNED, TraceScratch, Vectors, closest_counted,
 };
@@ -26,9 +26,6 @@ const ESCALATION: f64 = 16.0;
 
 /// The cost that is shown in the hottest colour, and all above it.
 const HOTTEST: f64 = 1024.0;
-
-/// What shapes without triangles show of their barycentric coordinates.
-const NO_UV: Rgb = [0.18; 3];
 
 /// Inspects the pixels of a tile.
 pub struct Inspector<'a> {
@@ -57,10 +54,13 @@ impl Inspector<'_> {
             }
             Inspection::Uv => {
                 let (org, dir) = self.generator.ray(at.0, at.1, [0.5; 2]);
-                match barycentrics(self.view.world, org, dir, id) {
-                    Some([u, v]) => ([u as f32, v as f32, 0.0], [u, v, f64::NAN]),
-                    None => (NO_UV, NOTHING),
-                }
+                let [u, v] = coordinates(self.view, (org, dir), surface, id);
+                // Images repeat.
+                let [red, green] = [u, v].map(|x| {
+                    let within = (0.0..=1.0).contains(&x);
+                    if within { x } else { x - x.floor() }
+                });
+                ([red as f32, green as f32, 0.0], [u, v, f64::NAN])
             }
             Inspection::Ids => {
                 let primitive = id.primitive & !TURNED;
@@ -97,6 +97,20 @@ impl Inspector<'_> {
             put(spot.row, heat_color(cost_of(cost, reading)), reading);
         }
     }
+}
+
+/// Returns the barycentric coordinates of a hit on a mesh, and the texture coordinates of one on
+/// any other shape.
+pub fn coordinates(
+    view: &View,
+    (org, dir): (DVec3, DVec3),
+    surface: &Surface,
+    id: HitId,
+) -> [f64; 2] {
+    barycentrics(view.world, org, dir, id).unwrap_or_else(|| {
+        let part = InteractionPart::of(view.world, view.kernels.precision, id);
+        part.place(surface.point, surface.ng, id.primitive).weights
+    })
 }
 
 /// Traces one ray, and counts.
@@ -179,7 +193,8 @@ pub fn legend(what: Inspection, readings: &[Reading]) -> String {
     let meaning = match what {
         Inspection::Normals => "normals: n as 0.5 + 0.5 n".into(),
         Inspection::Uv => {
-            "uv: barycentric u in red and v in green, shapes without triangles grey".into()
+            "uv: u in red and v in green, of triangles barycentric, of others texture coordinates"
+                .into()
         }
         Inspection::Ids => "ids: a hue for each instance, a lightness for each primitive".into(),
         Inspection::Edges => {

@@ -12,7 +12,7 @@ use super::config::{Backdrop, Inspection, Integrator as How, RenderConfig, TileO
 use super::edges::Lines;
 use super::film::{AovSample, blank, put};
 use super::frames::FrameMemory;
-use super::inspect::{Inspector, NOTHING, Reading};
+use super::inspect::{Inspector, NOTHING, Reading, coordinates};
 use super::items::{item_buffer, tiles_of};
 use super::layers::PathOutputs;
 use super::mattes::MatteNames;
@@ -28,8 +28,8 @@ use crate::plan::Kernels;
 use crate::scene::{Camera, Light, Rgb};
 use crate::shade::path::Slot;
 use crate::shade::{
-    Doubles, Integrator, MaterialFlags, Memory, RayCounts, STEP, Scratch, Statistics, Surface,
-    barycentrics, material_at, place_of,
+    Doubles, Integrator, InteractionPart, MaterialFlags, Memory, RayCounts, STEP, Scratch,
+    Statistics, Surface, material_at, place_of,
 };
 use crate::trace::{
     HitId, ItemBuffer, RayKind, ScratchPool, ShadowCache, TURNED, TraceScratch, TracedRay,
@@ -720,18 +720,19 @@ impl Tile<'_> {
         let (org, dir) = generator.ray(x, y, [0.5; 2]);
         let mut albedo = material.base_color;
         let scene = &self.view.world.scene;
-        if surface
-            .material
-            .is_some_and(|id| scene.textures.of(id).is_some())
-        {
-            let place = place_of(self.view.world, (org, dir), id);
-            albedo = material_at(scene, (surface.material, &material), &place).base_color;
+        let textured = surface.material.and_then(|id| scene.textures.of(id));
+        if textured.is_some() {
+            let part = InteractionPart::of(self.view.world, self.view.kernels.precision, id);
+            let hit = (surface, id);
+            let (place, spot) = place_of((&part, self.view.world), (org, dir), hit);
+            let own = (surface.material, &material);
+            albedo = material_at(scene, own, (&place, &spot)).base_color;
         }
         let camera = &self.view.camera;
         let camera_normal = [camera.right, camera.up, -camera.forward].map(|v| v.dot(surface.ns));
         let uv = match self.config.aovs.uv {
-            true => barycentrics(self.view.world, org, dir, id),
-            false => None,
+            true => coordinates(self.view, (org, dir), surface, id),
+            false => [0.0; 2],
         };
         AovSample {
             depth: generator.depth(surface.point) as f32,
@@ -743,7 +744,7 @@ impl Tile<'_> {
             distance: (surface.point - org).length() as f32,
             geometric_normal: surface.facing().to_array().map(|x| x as f32),
             camera_normal: camera_normal.map(|x| x as f32),
-            uv: uv.unwrap_or_default().map(|x| x as f32),
+            uv: uv.map(|x| x as f32),
         }
     }
 

@@ -1,11 +1,12 @@
 //! The hit buffer: columns of surfaces to shade, read by lights and materials in lanes.
 
 use super::columns::{Column3, Doubles, STEP, repeat_last, scatter};
+use super::patterns::Spot;
 use super::surface::{Surface, Surfaces};
-use super::textures::Place;
+use super::textures::{Footprint, LookUp, Place};
 use crate::math::lanes::Lanes;
 use crate::math::{Vec3, units};
-use crate::scene::MaterialId;
+use crate::scene::{MaterialId, Textures};
 use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;
 
@@ -26,9 +27,12 @@ pub struct HitBuffer<'b> {
     /// From the hit to the surface that vertex normals suggest, where it is asked for.
     pub lift: Column3<'b, Doubles>,
     pub wants_lift: bool,
-    /// Where hits lie on their triangles, where textures are asked for.
+    /// Where hits lie on images, where textures are asked for.
     pub places: ArenaVec<'b, Place>,
     pub wants_places: bool,
+    /// Where hits lie in patterns, where there are some.
+    pub spots: ArenaVec<'b, Spot>,
+    pub wants_spots: bool,
     len: usize,
 }
 
@@ -50,6 +54,8 @@ impl<'b> HitBuffer<'b> {
             wants_lift: false,
             places: ArenaVec::new_in(arena),
             wants_places: false,
+            spots: ArenaVec::new_in(arena),
+            wants_spots: false,
             len: 0,
         }
     }
@@ -72,6 +78,10 @@ impl<'b> HitBuffer<'b> {
         if self.wants_places {
             self.places.clear();
             self.places.resize(rows, Place::NOWHERE);
+        }
+        if self.wants_spots {
+            self.spots.clear();
+            self.spots.resize(rows, Spot::NOWHERE);
         }
         self.row.resize(rows, 0);
         self.material.resize(rows, None);
@@ -113,6 +123,9 @@ impl<'b> HitBuffer<'b> {
         if self.wants_places {
             repeat_last(&mut self.places, len);
         }
+        if self.wants_spots {
+            repeat_last(&mut self.spots, len);
+        }
         repeat_last(&mut self.row, len);
         repeat_last(&mut self.material, len);
         repeat_last(&mut self.side, len);
@@ -128,6 +141,21 @@ impl<'b> HitBuffer<'b> {
     pub fn finish_normals(&mut self) {
         let len = self.len;
         self.ns.repeat_last(len);
+    }
+
+    /// Asks for what a scene's textures and patterns are looked up by.
+    pub fn want_look_ups(&mut self, textures: &Textures) {
+        self.wants_places = !textures.is_empty();
+        self.wants_spots = !textures.patterns.is_empty();
+    }
+
+    /// Returns where the material of a hit is looked up.
+    pub fn look_up(&self, hit: usize, footprint: Footprint) -> LookUp<'_> {
+        LookUp {
+            place: &self.places[hit],
+            spot: self.spots.get(hit).unwrap_or(&Spot::NOWHERE),
+            footprint,
+        }
     }
 
     pub fn len(&self) -> usize {

@@ -104,5 +104,12 @@ impl<'w> PendingHits<'w> {
                 buffer.places[*hit as usize] = place;
             }
         }
+        if buffer.wants_spots
+            && let Some(spots) = self.interaction.spots(&surfaces, &primitives)
+        {
+            for (hit, spot) in hits.iter().zip(spots).take(self.len) {
+                buffer.spots[*hit as usize] = spot;
+            }
+        }
     }
 }

@@ -14,7 +14,7 @@ use super::hits::fill_hit_buffer;
 use super::ray_queue::{BATCH, RayQueue, RayQueues};
 use super::statistics::{Statistics, count_rays, record_ray};
 use super::surface::Surface;
-use super::textures::material_at;
+use super::textures::{Footprint, material_at};
 use crate::accel::World;
 use crate::plan::{Kernels, Precision};
 use crate::scene::{Light, Material, MaterialId, Rgb};
@@ -99,8 +99,7 @@ impl Integrator<'_> {
         statistics: &mut Statistics,
         mut primary: PrimaryHit,
     ) {
-        let textures = &self.world.scene.textures;
-        scratch.buffer.wants_places = !textures.is_empty();
+        scratch.buffer.want_look_ups(&self.world.scene.textures);
         let mut depth = 0;
         loop {
             if self.cancel.load(Relaxed) {
@@ -289,7 +288,8 @@ impl Integrator<'_> {
     fn material_of(&self, (buffer, hit): (&HitBuffer, usize)) -> Material {
         let id = buffer.material[hit];
         let own = (id, self.material(id));
-        material_at(&self.world.scene, own, &buffer.places[hit])
+        let at = buffer.look_up(hit, Footprint::POINT);
+        material_at(&self.world.scene, own, (at.place, at.spot))
     }
 
     #[inline(always)]

@@ -1,13 +1,12 @@
 //! Data shared by all hits of a primitive, computed once: neighbouring rays usually hit
 //! the same primitive.
 
-use super::columns::{Doubles, STEP};
+mod places;
+
 use super::projection::{height_at, refined};
 use super::surface::{
-    Surfaces, facets, lift_onto_smooth, normal_before, normals, shading_normal, to_world,
-    to_world_height, weights,
+    Surfaces, lift_onto_smooth, normal_before, normals, shading_normal, to_world, to_world_height,
 };
-use super::textures::{Place, mirrors};
 use crate::accel::{PreparedCsg, World};
 use crate::geom::formula::{Formula, border};
 use crate::geom::primitive::Blur;
@@ -191,64 +190,6 @@ impl<'w> InteractionPart<'w> {
     pub fn is_smooth(&self) -> bool {
         let normals = |id| self.world.scene.meshes.row(id).normals.is_some();
         self.part.is_none() && matches!(self.shape, Shape::Mesh(id) if normals(id))
-    }
-
-    /// Returns where hits lie on the triangles of a mesh that has attributes.
-    #[inline(never)]
-    pub fn places(
-        &self,
-        surfaces: &Surfaces<Doubles>,
-        primitives: &[u32; STEP],
-    ) -> Option<[Place; STEP]> {
-        let Shape::Mesh(id) = self.shape else {
-            return None;
-        };
-        let scene = &self.world.scene;
-        let attributes = scene.meshes.attributes.of(id)?;
-        if self.part.is_some() {
-            return None;
-        }
-        let mesh = scene.meshes.row(id);
-        let mut at = surfaces.point;
-        let mut world_from_object = None;
-        if let Some(map) = &self.whole {
-            at = map.points(at) - Vec3::splat(self.center.to_array());
-            let instance = self.world.instances.get(scene, self.instance);
-            world_from_object = Some(instance.world_from_object);
-        }
-        let [a, b, c] = facets::<Doubles>(&mesh, primitives);
-        let [one, other] = [b - a, c - a];
-        let all = weights([a, b, c], one.cross(other), at);
-        let zero = Doubles::zero();
-        let all = all.map(|weight| weight.max(zero));
-        let sum = all[0] + all[1] + all[2];
-        let some = sum.gt(zero);
-        let sum = Lanes::select(some, sum, Doubles::splat(1.0));
-        let [u, v] = [1, 2].map(|k| (all[k] / sum).to_array());
-        let vectors = |v: Vec3<Doubles>| match &world_from_object {
-            None => v,
-            Some(map) => map.vectors(v),
-        };
-        let area = vectors(one).cross(vectors(other)).length().to_array();
-        let mut places: [Place; STEP] = std::array::from_fn(|i| Place {
-            attributes,
-            triangle: primitives[i],
-            weights: [u[i], v[i]],
-            area: area[i] as f32,
-            tangent: [0.0; 3],
-            bitangent: 0.0,
-        });
-        if let Some(first) = scene.meshes.attributes.rows[attributes as usize].tangents {
-            let tangents = &scene.meshes.attributes.tangents[first..];
-            let mirrored = world_from_object.as_ref().is_some_and(mirrors);
-            for place in &mut places {
-                place.set_tangent(tangents, mirrored, |v| match &world_from_object {
-                    None => v,
-                    Some(map) => map.vector(v),
-                });
-            }
-        }
-        Some(places)
     }
 
     /// Returns the world vectors that lift points of a smooth mesh off its facets

@@ -1,9 +1,12 @@
 //! Look-ups of textures and of vertices' colours at hits.
 //!
-//! Each is one function of the place on a triangle, the ray's footprint and random numbers, in
-//! plain f64 and f32 arithmetic, so that its bits depend on nothing else.
+//! Each is one function of the place on a triangle or another surface, the ray's footprint and
+//! random numbers, in plain f64 and f32 arithmetic, so that its bits depend on nothing else.
 
 use super::barycentric::barycentrics;
+use super::interaction::InteractionPart;
+use super::patterns::{Spot, base_color_at, roughness_at};
+use super::surface::Surface;
 use crate::accel::World;
 use crate::math::Affine;
 use crate::scene::{
@@ -13,13 +16,16 @@ use crate::scene::{
 use crate::trace::HitId;
 use glam::DVec3;
 
-/// Where a hit lies on a triangle of a mesh that has attributes.
+/// Where a hit lies on a triangle of a mesh that has attributes; or, without attributes, on the
+/// triangle in texture coordinates whose corners are (0, 0), (1, 0) and (0, 1), as if it were flat
+/// and of the texels' size at the hit.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
     /// The mesh's row of attributes; `u32::MAX` where there are none.
     pub attributes: u32,
     pub triangle: u32,
-    /// Of the second and third corner, from 0 to 1.
+    /// Of the second and third corner, of a mesh's triangle from 0 to 1; without attributes these
+    /// are u and v.
     pub weights: [f64; 2],
     /// Twice the triangle's area in world space.
     pub area: f32,
@@ -62,11 +68,12 @@ impl Place {
         std::array::from_fn(|k| a[k] * u + b[k] * v + c[k] * w)
     }
 
-    /// Returns the texture coordinates of a set at the corners; zeros where there are none.
+    /// Returns the texture coordinates of a set at the corners; zeros where a mesh has others
+    /// only.
     fn corners(&self, scene: &Tables, set: u8) -> [[f64; 2]; 3] {
         let meshes = &scene.meshes;
         let Some(row) = meshes.attributes.rows.get(self.attributes as usize) else {
-            return [[0.0; 2]; 3];
+            return [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
         };
         if set >= row.sets {
             return [[0.0; 2]; 3];
@@ -273,23 +280,65 @@ pub(super) fn colored(
     color
 }
 
-/// Returns where a ray meets a triangle of a mesh that has attributes, without its area and
-/// tangent.
-pub fn place_of(world: &World, (org, dir): (DVec3, DVec3), id: HitId) -> Place {
-    let Shape::Mesh(mesh) = world.entry_of(id.instance).shape else {
-        return Place::NOWHERE;
-    };
-    let attributes = world.scene.meshes.attributes.of(mesh);
-    let weights = barycentrics(world, org, dir, id);
-    let (Some(attributes), Some(weights)) = (attributes, weights) else {
-        return Place::NOWHERE;
-    };
-    Place {
-        attributes,
-        triangle: id.primitive,
-        weights: weights.map(|x| x.clamp(0.0, 1.0)),
-        ..Place::NOWHERE
+/// Where a material that varies is looked up: on images, in patterns, and how wide.
+#[derive(Clone, Copy, Debug)]
+pub struct LookUp<'h> {
+    pub place: &'h Place,
+    pub spot: &'h Spot,
+    pub footprint: Footprint,
+}
+
+impl LookUp<'_> {
+    /// Returns the base colour of a material that images and patterns vary.
+    pub(super) fn base_color(&self, scene: &Tables, row: &TexturedMaterial, own: Rgb) -> Rgb {
+        let wide = (self.spot, self.footprint.width);
+        let own = base_color_at(scene, row.texturing, own, wide);
+        let [r, g, b, _] = colored(scene, row, own, (self.place, self.footprint));
+        [r, g, b]
     }
+
+    /// Returns metallic and roughness of a material that images and patterns vary.
+    pub(super) fn metallic_roughness(
+        &self,
+        scene: &Tables,
+        row: &TexturedMaterial,
+        [mut metallic, roughness]: [f32; 2],
+    ) -> [f32; 2] {
+        let wide = (self.spot, self.footprint.width);
+        let mut roughness = roughness_at(scene, row.texturing, roughness, wide);
+        for (slot, texture) in row.refs {
+            if *slot == Slot::MetallicRoughness {
+                let [_, g, b, _] = look_up(scene, texture, self.place, self.footprint);
+                (metallic, roughness) = (metallic * b, roughness * g);
+            }
+        }
+        [metallic, roughness]
+    }
+}
+
+/// Returns where a ray meets a surface on images, without a mesh's area and tangent, and in
+/// patterns.
+pub fn place_of(
+    (part, world): (&InteractionPart, &World),
+    (org, dir): (DVec3, DVec3),
+    (surface, id): (&Surface, HitId),
+) -> (Place, Spot) {
+    let spot = part.spot(surface.point, surface.ng);
+    let attributes = match world.entry_of(id.instance).shape {
+        Shape::Mesh(mesh) => world.scene.meshes.attributes.of(mesh),
+        _ => None,
+    };
+    let weights = barycentrics(world, org, dir, id);
+    let place = match (attributes, weights) {
+        (Some(attributes), Some(weights)) => Place {
+            attributes,
+            triangle: id.primitive,
+            weights: weights.map(|x| x.clamp(0.0, 1.0)),
+            ..Place::NOWHERE
+        },
+        _ => part.place(surface.point, surface.ng, id.primitive),
+    };
+    (place, spot)
 }
 
 /// Returns a material as it is at a place, as far as base colour, metallic, roughness and
@@ -297,38 +346,32 @@ pub fn place_of(world: &World, (org, dir): (DVec3, DVec3), id: HitId) -> Place {
 pub fn material_at(
     scene: &Tables,
     (id, own): (Option<MaterialId>, &Material),
-    place: &Place,
+    (place, spot): (&Place, &Spot),
 ) -> Material {
     let mut all = *own;
     let Some(row) = id.and_then(|id| scene.textures.of(id)) else {
         return all;
     };
-    let at = (place, Footprint::POINT);
-    let tinted = |color: Rgb| {
-        let [r, g, b, _] = colored(scene, &row, color, at);
-        [r, g, b]
+    let at = LookUp {
+        place,
+        spot,
+        footprint: Footprint::POINT,
     };
-    all.base_color = tinted(all.base_color);
-    if let Model::Phong { diffuse, .. } = &mut all.model {
-        *diffuse = tinted(*diffuse);
+    all.base_color = at.base_color(scene, &row, all.base_color);
+    match &mut all.model {
+        Model::Phong { diffuse, .. } => *diffuse = at.base_color(scene, &row, *diffuse),
+        Model::MetallicRoughness {
+            metallic,
+            roughness,
+        } => {
+            let own = [*metallic, *roughness];
+            [*metallic, *roughness] = at.metallic_roughness(scene, &row, own);
+        }
     }
     for (slot, texture) in row.refs {
-        match (slot, &mut all.model) {
-            (
-                Slot::MetallicRoughness,
-                Model::MetallicRoughness {
-                    metallic,
-                    roughness,
-                },
-            ) => {
-                let [_, g, b, _] = look_up(scene, texture, place, Footprint::POINT);
-                (*roughness, *metallic) = (*roughness * g, *metallic * b);
-            }
-            (Slot::Emission, _) => {
-                let texel = look_up(scene, texture, place, Footprint::POINT);
-                all.emission = std::array::from_fn(|k| all.emission[k] * texel[k]);
-            }
-            _ => {}
+        if *slot == Slot::Emission {
+            let texel = look_up(scene, texture, place, Footprint::POINT);
+            all.emission = std::array::from_fn(|k| all.emission[k] * texel[k]);
         }
     }
     all

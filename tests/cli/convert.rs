@@ -64,6 +64,35 @@ fn converted_scenes_have_the_same_bits() {
 }
 
 #[test]
+fn converted_patterns_have_the_same_bits() {
+    let folder = folder();
+    let scene = folder.path().join("patterns.toml");
+    let looks = [
+        "base_color = { checker = { colors = [[0.1, 0.2, 0.3], [1, 1, 0.5]], size = [0.3, 0.2, 0.1] } }",
+        "base_color = { gradient = { colors = [[0, 0, 0], [1, 0, 0], [1, 1, 1]], from = [0, -1, 0], \
+         to = [0.1, 0.4, 0], wrap = \"mirror\" } }",
+        "base_color = { noise = { colors = [[0, 0, 0], [1, 1, 1]], size = 0.3, octaves = 3, seed = 9 } }\n\
+         roughness = { noise = { values = [0.1, 0.9], size = 0.2 } }",
+        "base_color = { brick = { colors = [[0.5, 0.1, 0.1], [0.7, 0.7, 0.7]], joint = 0.04 } }",
+    ];
+    let mut text =
+        "format = 1\n[shape.ball]\nsphere = { center = [0, 0, 0], radius = 1 }\n".to_string();
+    for (i, look) in looks.iter().enumerate() {
+        text += &format!(
+            "[material.m{i}]\n{look}\n[[instance]]\nshape = \"ball\"\nmaterial = \"m{i}\"\n\
+             transform = [{{ translate = [{}, 0, 0] }}]\n",
+            2 * i
+        );
+    }
+    fs::write(&scene, text).unwrap();
+    let said = same_bits(&scene);
+    assert!(!said.contains("not written"), "{said}");
+    let export = ["export", "patterns.toml", "--pov", "p.pov"];
+    let said = lanecast(folder.path(), &export);
+    assert!(stderr(&said).contains("patterns"), "{}", stderr(&said));
+}
+
+#[test]
 fn converted_files_of_other_formats_have_the_same_bits() {
     let folder = folder();
     let part = folder.path().join("part.csg");

@@ -15,6 +15,7 @@ mod sampling;
 mod smooth;
 mod textured;
 mod textured_files;
+mod textured_solids;
 
 #[global_allocator]
 static ALLOCATOR: allocations::Counting = allocations::Counting;

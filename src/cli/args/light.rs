@@ -20,7 +20,7 @@ pub struct LightArgs {
     /// How light is found: direct (lights without extent, mirrors and glass), path (paths from
     /// all that shines, scattered everywhere), ao (how much of a white sky surfaces see), or
     /// auto, which is path where only it finds all light of the scene, or the scene has none; or what
-    /// is shown in its place, by a ray through each pixel: normals, uv (barycentric), ids,
+    /// is shown in its place, by a ray through each pixel: normals, uv, ids,
     /// edges (feature lines of a drawing), or heat (what the ray costs; heat:nodes, heat:tests or
     /// heat:escalations for a part of it)
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = parse_integrator)]

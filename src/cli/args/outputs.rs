@@ -10,7 +10,8 @@ use clap::{Args, value_parser};
 #[derive(Args)]
 pub struct OutputArgs {
     /// Additional outputs, separated by commas. Of what the pixel's centre shows: depth (along the
-    /// view axis), distance, position, normal, geometric_normal, camera_normal, uv (barycentric),
+    /// view axis), distance, position, normal, geometric_normal, camera_normal, uv (texture
+    /// coordinates, of triangles barycentric),
     /// albedo, instance_id, primitive_id; vector and motion (where it was and will be, as Blender and
     /// as Nuke have it). Of paths: variance; layers of light, diffuse_direct,
     /// diffuse_indirect, specular_direct, specular_indirect, emission, environment, light_groups;

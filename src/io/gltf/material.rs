@@ -83,6 +83,7 @@ pub(super) fn import(
             vertex_color: colored[row],
             normal_scale: number(json, "/normalTexture/scale").unwrap_or(1.0),
             film_least: number(json, FILM_LEAST).unwrap_or(100.0),
+            ..Texturing::default()
         };
         let id = scene.material(&name, material);
         if !textured.refs.is_empty() || colored[row] {

@@ -4,7 +4,9 @@ use super::{Writer, frame, list, number, rgb, to_world};
 use crate::Picture;
 use crate::math::Affine;
 use crate::openexr::{self, Content};
-use crate::scene::{Camera, Environment, Falloff, Light, Material, Model, Projection, Rgb};
+use crate::scene::{
+    Camera, Environment, Falloff, Light, Material, MaterialId, Model, Projection, Rgb,
+};
 use std::f64::consts::PI;
 use std::fmt::Write;
 use std::path::Path;
@@ -106,6 +108,13 @@ impl Writer<'_> {
         let rows = self.scene.materials.rows.clone();
         for (i, row) in rows.iter().enumerate() {
             self.material(&format!("material_{i}"), row);
+            let varied = self.scene.textures.of(MaterialId(i as u32));
+            if varied.is_some_and(|row| !row.refs.is_empty()) {
+                self.notes.missing("texture");
+            }
+            if varied.is_some_and(|row| row.patterns().next().is_some()) {
+                self.notes.similar("pattern, as its mean");
+            }
         }
         self.material("material_none", &Material::default());
     }

@@ -10,7 +10,9 @@ use super::schema::{self, Named, Triple};
 use super::schema_camera::Cameras;
 use super::source_spans::At;
 use super::tree::{Source, nearest, quoted};
-use super::{lower_csg, lower_light, lower_shape, lower_shutter, lower_texture, rotate};
+use super::{
+    lower_csg, lower_light, lower_pattern, lower_shape, lower_shutter, lower_texture, rotate,
+};
 use crate::math::Affine;
 use crate::scene::{
     Edge, Entity, EntityKind, Interpolation, Key, LightId, Lit, MaterialId, NodeId, SceneBuilder,
@@ -113,10 +115,7 @@ pub(super) fn lower(
     };
     for (name, row) in rows {
         at.materials.push(name.at);
-        if row
-            .base_color
-            .is_some_and(|color| color.iter().any(|c| *c > 1.0))
-        {
+        if lower_pattern::is_above_one(&row) {
             report.repair("base_color with a part above 1", 1);
         }
         let id = scene.material(&name.value, material(source, &row)?);

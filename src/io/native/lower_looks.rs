@@ -1,8 +1,10 @@
 //! From the typed file to what is seen by: environment, camera, lights, materials.
 
 use super::lower::{Result, not_one, not_zero};
+use super::lower_pattern::{Holds, mean};
 use super::schema;
 use super::schema_light;
+use super::schema_pattern::{ColorOrPattern, NumberOrPattern};
 use super::source_spans::At;
 use super::tree::{Source, quoted};
 use crate::environment_map::{MAP_FORMATS, names_map, read_map};
@@ -156,9 +158,13 @@ pub(super) fn material(source: &Source, row: &schema::Material) -> Result<Materi
     }
     Ok(Material {
         // No surface reflects more than it gets.
-        base_color: row
-            .base_color
-            .map_or(usual.base_color, |color| color.map(|c| c.min(1.0))),
+        base_color: match &row.base_color {
+            None => usual.base_color,
+            Some(At { at, value }) => match value {
+                ColorOrPattern::Color(color) => color.map(|c| c.min(1.0)),
+                ColorOrPattern::Pattern(row) => mean(source, (*at, row), Holds::Colors)?,
+            },
+        },
         emission: row.emission.unwrap_or(usual.emission),
         transmission: row.transmission.unwrap_or(usual.transmission),
         ior: row.ior.map_or(usual.ior, |ior| ior.value as f32),
@@ -166,7 +172,15 @@ pub(super) fn material(source: &Source, row: &schema::Material) -> Result<Materi
             Some(phong) => self::phong(source, row, phong)?,
             None => Model::MetallicRoughness {
                 metallic: row.metallic.unwrap_or(metallic),
-                roughness: row.roughness.unwrap_or(roughness),
+                roughness: match &row.roughness {
+                    None => roughness,
+                    Some(At { at, value }) => match value {
+                        NumberOrPattern::Number(roughness) => *roughness,
+                        NumberOrPattern::Pattern(row) => {
+                            mean(source, (*at, row), Holds::Numbers)?[0]
+                        }
+                    },
+                },
             },
         },
         layers: layers(row),

@@ -1,5 +1,6 @@
 //! Images of materials to the scene's textures.
 
+use super::lower_pattern;
 use super::schema;
 use super::schema_texture::{AlphaMode, Filter, Texture, Wrap};
 use super::tree::{Source, quoted};
@@ -36,7 +37,7 @@ pub(super) fn has_textures(row: &schema::Material) -> bool {
         || row.vertex_colors == Some(true)
 }
 
-/// Adds the images of a material. Fails for images that cannot be read.
+/// Adds the images and patterns of a material. Fails for images that cannot be read.
 pub(super) fn textures(
     source: &Source,
     row: &schema::Material,
@@ -44,7 +45,9 @@ pub(super) fn textures(
     files: &mut ImageFiles,
     scene: &mut SceneBuilder,
 ) -> Result<(), LoadError> {
-    if !has_textures(row) {
+    let [base_color, roughness] = lower_pattern::patterns(source, row, scene)?;
+    let has_patterns = base_color.is_some() || roughness.is_some();
+    if !has_textures(row) && !has_patterns {
         return Ok(());
     }
     let mut refs = Vec::new();
@@ -70,6 +73,8 @@ pub(super) fn textures(
             Some(AlphaMode::Mask) => Alpha::Mask(cutoff),
         },
         vertex_color: row.vertex_colors.unwrap_or(false),
+        base_color,
+        roughness,
         ..Texturing::default()
     };
     scene.texture(id, texturing, &refs);

@@ -9,6 +9,7 @@
 
 use super::schema_camera::Cameras;
 use super::schema_light::{Environment, Light};
+use super::schema_pattern::{ColorOrPattern, NumberOrPattern};
 use super::schema_polynomial::{Clip, Coefficients, Parameter, Superquadric, Torus};
 use super::schema_texture::{AlphaMode, Texture};
 use super::source_spans::At;
@@ -58,12 +59,12 @@ pub struct File {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Material {
-    /// Linear Rec. 709; 0.6 grey if absent. More than 1 counts as 1.
-    pub base_color: Option<Color>,
+    /// Linear Rec. 709, or a pattern; 0.6 grey if absent. More than 1 counts as 1.
+    pub base_color: Option<At<ColorOrPattern>>,
     /// 0 (dielectric) to 1 (metal); 0 if absent.
     pub metallic: Option<f32>,
-    /// 0 (mirror) to 1 (dull); 0.7 if absent.
-    pub roughness: Option<f32>,
+    /// 0 (mirror) to 1 (dull), or a pattern; 0.7 if absent.
+    pub roughness: Option<At<NumberOrPattern>>,
     /// Phong's model in place of `metallic` and `roughness`.
     pub phong: Option<At<Phong>>,
     /// Radiance that the surface gives off, W/(sr·m²); none if absent.

@@ -96,6 +96,14 @@ pub(super) fn losses(scene: &Scene, camera: &Camera) -> Vec<&'static str> {
             "blades and squeeze of the lens",
             lens.is_some_and(|lens| lens.blades != 0 || lens.squeeze != 1.0),
         ),
+        (
+            "textures",
+            scene.textures.iter().any(|row| !row.refs.is_empty()),
+        ),
+        (
+            "patterns, of which the mean is written",
+            !scene.textures.patterns.is_empty(),
+        ),
         ("opacity", some(|m| m.layers.opacity < 1.0)),
         ("thin walls", some(|m| m.layers.thin_walled)),
         ("unlit", some(|m| m.layers.unlit)),

@@ -1,5 +1,6 @@
 //! Circular cylinders: cones of equal radii.
 
+use super::chart::Chart;
 use super::columns::table;
 use super::cone::{Cone, Upright, apart, span};
 use super::face::Face;
@@ -131,5 +132,9 @@ impl Primitive for Cylinders {
     #[inline(always)]
     fn nearest<D: Lanes<Scalar = f64>>(&self, id: CylinderId, p: Vec3<D>) -> (D, Vec3<D>) {
         self.upright(id).nearest(p)
+    }
+
+    fn chart(&self, id: CylinderId, p: DVec3, _: DVec3) -> Chart {
+        Chart::on_cone(self.upright(id), p)
     }
 }

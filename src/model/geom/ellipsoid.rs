@@ -1,5 +1,6 @@
 //! Ellipsoids: the unit sphere, met by rays divided by the radii.
 
+use super::chart::Chart;
 use super::columns::{kernels_of_span, table};
 use super::exact::{Inside, Line, solid};
 use super::face::Face;
@@ -100,6 +101,11 @@ impl Primitive for Ellipsoids {
     #[inline(always)]
     fn normals<D: Lanes<Scalar = f64>>(&self, id: EllipsoidId, p: Vec3<D>) -> Vec3<D> {
         self.row(id).normals_at(p)
+    }
+
+    fn chart(&self, id: EllipsoidId, p: DVec3, _: DVec3) -> Chart {
+        let row = self.row(id);
+        Chart::on_sphere((p - row.center) / row.radii, row.radii)
     }
 }
 

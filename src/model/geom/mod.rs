@@ -7,6 +7,7 @@
 //! passes.
 
 pub mod by_solver;
+pub mod chart;
 mod columns;
 pub mod cone;
 pub mod cuboid;
@@ -34,6 +35,7 @@ pub mod sphere;
 pub mod tape;
 pub mod triangle;
 
+pub use chart::Chart;
 pub use cone::{Cone, Cones};
 pub use cuboid::{Cuboid, Cuboids};
 pub use cylinder::{Cylinder, Cylinders};

@@ -1,5 +1,6 @@
 //! The traits that every kind of primitive implements.
 
+use super::chart::Chart;
 use super::exact::{Inside, Line, Root};
 use super::face::Face;
 use super::guarded::{Ends, ObjectRay};
@@ -214,6 +215,12 @@ pub trait Primitive: Sealed {
     #[inline(always)]
     fn normals<D: Lanes<Scalar = f64>>(&self, id: Self::Id, p: Vec3<D>) -> Vec3<D> {
         self.nearest(id, p).1
+    }
+
+    /// Returns the texture coordinates of a point of the surface, whose outward unit normal is
+    /// given. Kinds without coordinates of their own are textured along the axes.
+    fn chart(&self, _id: Self::Id, p: DVec3, normal: DVec3) -> Chart {
+        Chart::along_axes(p, normal)
     }
 
     /// Computes the height from the result of [`nearest`](Primitive::nearest).

@@ -8,6 +8,7 @@
 //! signs and orders f64 nearly always decides (docs/SPEC.md, S69). Edges may touch, but
 //! not cross, because the inside is to the left of every edge.
 
+use super::chart::Chart;
 use super::exact::line_quadratic::LineQuadratic;
 use super::exact::surface::Surface;
 use super::exact::{Line, Root, meet_per_lane, orientation};
@@ -421,6 +422,15 @@ impl Primitive for Prisms {
             normal = Vec3::select(is, splat(out.extend(0.0)), normal);
         }
         (above, normal)
+    }
+
+    fn chart(&self, id: PrismId, p: DVec3, normal: DVec3) -> Chart {
+        let row = self.row(id);
+        let is_cap = normal.z.abs() > 0.5;
+        match is_cap {
+            true => Chart::on_box([row.bounds.min, row.bounds.max], p, DVec3::Z * normal.z),
+            false => Chart::along_outline(row.rings(), row.height, p),
+        }
     }
 }
 

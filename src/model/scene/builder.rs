@@ -98,7 +98,12 @@ impl SceneBuilder {
         *known.or_insert_with(|| textures.push_image(image))
     }
 
-    /// Varies a material by images and by the colours of vertices.
+    /// Adds a pattern, by which [`texture`](SceneBuilder::texture) may vary materials.
+    pub fn pattern(&mut self, pattern: Pattern) -> PatternId {
+        self.tables.textures.push_pattern(pattern)
+    }
+
+    /// Varies a material by images, patterns and the colours of vertices.
     pub fn texture(
         &mut self,
         material: MaterialId,

@@ -19,6 +19,8 @@ typed_ids! {
     CameraId,
     /// A row of the images of [`Textures`](super::Textures).
     ImageId,
+    /// A row of the patterns of [`Textures`](super::Textures).
+    PatternId,
 }
 
 impl TransformId {

@@ -4,6 +4,7 @@
 use super::conditioning::Conditioning;
 use super::ids::ShapeId;
 use super::{Shape, Tables};
+use crate::geom::Chart;
 use crate::geom::exact::Solid;
 use crate::geom::face::Face;
 use crate::geom::guarded::{Ends, ObjectRay};
@@ -236,6 +237,12 @@ impl Tables {
     pub fn normals<D: Lanes<Scalar = f64>>(&self, shape: Shape, p: Vec3<D>) -> Vec3<D> {
         let up = || Vec3::splat(DVec3::Y.to_array());
         of_primitive!(self, shape, (table, id) => Primitive::normals(table, id, p), up())
+    }
+
+    /// [`Primitive::chart`]; along the axes for other shapes.
+    pub fn chart(&self, shape: Shape, p: DVec3, normal: DVec3) -> Chart {
+        let other = || Chart::along_axes(p, normal);
+        of_primitive!(self, shape, (table, id) => table.chart(id, p, normal), other())
     }
 
     /// [`Primitive::blur`].

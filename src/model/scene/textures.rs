@@ -4,7 +4,8 @@
 //! Texels stay as files have them, 8 or 16 bits a channel, and sRGB is decoded by a table where a
 //! texel is read. Smaller levels are means of four texels in linear light.
 
-use super::ids::{ImageId, MaterialId};
+use super::ids::{ImageId, MaterialId, PatternId};
+use super::patterns::Pattern;
 use super::texels::{Levels, decode_tables};
 use std::ops::Range;
 use std::sync::Arc;
@@ -116,6 +117,9 @@ pub struct Texturing {
     pub alpha: Alpha,
     /// Whether the colours of vertices scale the base colour, and alpha.
     pub vertex_color: bool,
+    /// The pattern in place of the base colour, and the one in place of the roughness.
+    pub base_color: Option<PatternId>,
+    pub roughness: Option<PatternId>,
     /// The scale of the x and y of the normal map.
     pub normal_scale: f32,
     /// The thickness of an iridescent film, in nanometres, where its image is 0.
@@ -127,6 +131,8 @@ impl Default for Texturing {
         Texturing {
             alpha: Alpha::Opaque,
             vertex_color: false,
+            base_color: None,
+            roughness: None,
             normal_scale: 1.0,
             film_least: 100.0,
         }
@@ -137,6 +143,7 @@ impl Default for Texturing {
 #[derive(Clone, Debug, Default)]
 pub struct Textures {
     pub images: Vec<Arc<Image>>,
+    pub patterns: Vec<Pattern>,
     /// By row: the material, and its rows of `refs`.
     of: Vec<(MaterialId, Range<u32>)>,
     rows: Vec<Texturing>,
@@ -161,6 +168,18 @@ impl Textures {
         }
         self.images.push(image);
         ImageId(self.images.len() as u32 - 1)
+    }
+
+    /// Adds a pattern, which materials may share.
+    pub fn push_pattern(&mut self, pattern: Pattern) -> PatternId {
+        self.patterns.push(pattern);
+        PatternId(self.patterns.len() as u32 - 1)
+    }
+
+    /// Returns a pattern.
+    #[inline]
+    pub fn pattern(&self, id: PatternId) -> &Pattern {
+        &self.patterns[id.index()]
     }
 
     /// Says how a material is varied; a material that is not listed is the same everywhere.
@@ -224,7 +243,13 @@ impl Textures {
 
     pub fn bytes(&self) -> usize {
         let images: usize = self.images.iter().map(|image| image.bytes()).sum();
+        let ramps = self
+            .patterns
+            .iter()
+            .map(|pattern| size_of_val(pattern.colors()));
         images
+            + self.patterns.len() * size_of::<Pattern>()
+            + ramps.sum::<usize>()
             + self.decode.len() * size_of::<[f32; 256]>()
             + self.of.len() * (size_of::<(MaterialId, Range<u32>)>() + size_of::<Texturing>())
             + self.refs.len() * size_of::<(Slot, TextureRef)>()
@@ -232,6 +257,16 @@ impl Textures {
 }
 
 impl TexturedMaterial<'_> {
+    /// Lists the patterns of the material.
+    pub fn patterns(&self) -> impl Iterator<Item = PatternId> {
+        let Texturing {
+            base_color,
+            roughness,
+            ..
+        } = self.texturing;
+        base_color.iter().chain(roughness).copied()
+    }
+
     /// Says whether an image scales a number of the material.
     pub fn has(&self, slot: Slot) -> bool {
         self.refs.iter().any(|(of, _)| *of == slot)

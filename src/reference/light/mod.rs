@@ -115,7 +115,7 @@ impl<'a> LightReference<'a> {
     ) -> Result<LightReference<'a>, Unknown> {
         let scene = reference.scene();
         if !scene.textures.is_empty() {
-            return Err(Unknown("textures and colours of vertices"));
+            return Err(Unknown("textures, patterns and colours of vertices"));
         }
         has_smooth_normals(scene).map_err(Unknown)?;
         let materials = &scene.materials.rows;

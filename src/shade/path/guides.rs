@@ -56,7 +56,7 @@ impl PathTracer<'_> {
                     let material = match &look.varied {
                         None => look.material,
                         Some(varied) => {
-                            let at = (&buffer.places[hit], Footprint::POINT);
+                            let at = buffer.look_up(hit, Footprint::POINT);
                             self.material_there((look, varied), at)
                         }
                     };

@@ -464,6 +464,8 @@ impl PathTracer<'_> {
         cache: &mut ShadowCache,
         statistics: &mut Statistics,
     ) {
+        let has_patterns = !self.world.scene.textures.patterns.is_empty();
+        scratch.buffer.wants_spots = self.materials.has_textures && has_patterns;
         scratch.waves[0].begin(self.media, self.cone);
         for depth in 0..=self.max_depth {
             if scratch.waves[0].rays.is_empty() || self.cancel.load(Relaxed) {

@@ -141,7 +141,7 @@ impl PathTracer<'_> {
             let mut passed = match &look.varied {
                 None => look.bsdf.straight(cos),
                 Some(varied) => {
-                    let at = (&buffer.places[hit], Footprint::POINT);
+                    let at = buffer.look_up(hit, Footprint::POINT);
                     let there = self.material_there((look, varied), at);
                     Look::new(there).bsdf.straight(cos)
                 }

@@ -13,7 +13,7 @@ use crate::shade::hit_buffer::HitBuffer;
 use crate::shade::hit_columns::HitColumns;
 use crate::shade::hits::fill_hit_buffer;
 use crate::shade::ray_queue::RayQueue;
-use crate::shade::textures::{Footprint, Place, colored, look_up};
+use crate::shade::textures::{Footprint, LookUp, Place, colored, look_up};
 use crate::trace::{HitId, RayKind, TraceScratch};
 use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;
@@ -64,13 +64,16 @@ impl Look {
         };
         if let Model::Phong { .. } = material.model {
             // Its lobes have constants of their own.
-            varied.is_deep |= row.has(Slot::BaseColor) || varied.texturing.vertex_color;
+            let texturing = &varied.texturing;
+            let has_pattern = texturing.base_color.is_some();
+            varied.is_deep |= row.has(Slot::BaseColor) || texturing.vertex_color || has_pattern;
         }
         let opacity = material.layers.opacity;
         if varied.has_alpha() {
             material.layers.opacity = 1.0;
         }
-        let variation = match row.has(Slot::MetallicRoughness) {
+        let varies = row.has(Slot::MetallicRoughness) || row.texturing.roughness.is_some();
+        let variation = match varies {
             true => Variation::Textured,
             false => Variation::Uniform,
         };
@@ -191,8 +194,8 @@ impl PathTracer<'_> {
                 }
                 continue;
             }
-            let (place, footprint) = self.looked_up(at, wave, (buffer, *hit));
-            let looks = one_look(&self.world.scene, varied, own, (place, footprint));
+            let at = self.looked_up(at, wave, (buffer, *hit));
+            let looks = one_look(&self.world.scene, varied, own, at);
             for (column, channel) in color.iter_mut().zip(looks.base_color) {
                 column[i] = channel;
             }
@@ -205,16 +208,16 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Returns where a hit's textures are looked up, and how wide.
+    /// Returns where a hit's material is looked up, and how wide.
     fn looked_up<'h>(
         &self,
         at: (SampleNumbers, u32),
         wave: &Paths,
         (buffer, hit): (&'h HitBuffer, u32),
-    ) -> (&'h Place, Footprint) {
+    ) -> LookUp<'h> {
         let [texel, level, ..] = self.picks(at, wave, buffer.row[hit as usize] as usize);
         let footprint = self.footprint(wave, (buffer, hit), [texel, level]);
-        (&buffer.places[hit as usize], footprint)
+        buffer.look_up(hit as usize, footprint)
     }
 
     /// Returns the look of one hit whose material varies in more than shading varies in lanes:
@@ -231,13 +234,9 @@ impl PathTracer<'_> {
     }
 
     /// Returns a material of the numbers that are at a place.
-    pub(super) fn material_there(
-        &self,
-        (look, varied): (&Look, &Varied),
-        (place, footprint): (&Place, Footprint),
-    ) -> Material {
+    pub(super) fn material_there(&self, (look, varied): (&Look, &Varied), at: LookUp) -> Material {
         let scene = &self.world.scene;
-        let looks = one_look(scene, varied, look.bsdf.looks(), (place, footprint));
+        let looks = one_look(scene, varied, look.bsdf.looks(), at);
         let mut material = look.material;
         match &mut material.model {
             Model::MetallicRoughness {
@@ -245,15 +244,13 @@ impl PathTracer<'_> {
                 roughness,
             } => (*metallic, *roughness) = (looks.metallic, looks.roughness),
             Model::Phong { diffuse, .. } => {
-                let row = varied.row();
-                let [r, g, b, _] = colored(scene, &row, *diffuse, (place, footprint));
-                *diffuse = [r, g, b];
+                *diffuse = at.base_color(scene, &varied.row(), *diffuse);
             }
         }
         material.base_color = looks.base_color;
         for (slot, texture) in &varied.refs {
             if !slot.is_plain() {
-                let texel = look_up(scene, texture, place, footprint);
+                let texel = look_up(scene, texture, at.place, at.footprint);
                 scale(&mut material, *slot, texel, varied.texturing.film_least);
             }
         }
@@ -269,19 +266,16 @@ impl PathTracer<'_> {
         (buffer, hit): (&HitBuffer, usize),
     ) -> Rgb {
         let scene = &self.world.scene;
-        let place = &buffer.places[hit];
-        let [texel, level, ..] = self.picks(at, wave, buffer.row[hit] as usize);
-        let footprint = self.footprint(wave, (buffer, hit as u32), [texel, level]);
+        let at = self.looked_up(at, wave, (buffer, hit as u32));
         let mut shown = look.material.emission;
         for (slot, texture) in &varied.refs {
             if *slot == Slot::Emission {
-                let texel = look_up(scene, texture, place, footprint);
+                let texel = look_up(scene, texture, at.place, at.footprint);
                 shown = std::array::from_fn(|k| shown[k] * texel[k]);
             }
         }
         if look.material.layers.unlit {
-            let row = varied.row();
-            let color = colored(scene, &row, look.material.base_color, (place, footprint));
+            let color = at.base_color(scene, &varied.row(), look.material.base_color);
             shown = std::array::from_fn(|k| shown[k] + color[k]);
         }
         shown
@@ -444,22 +438,11 @@ impl PathTracer<'_> {
 }
 
 /// Returns base colour, metallic and roughness at a place.
-fn one_look(
-    scene: &Tables,
-    varied: &Varied,
-    mut own: Looks<f32>,
-    (place, footprint): (&Place, Footprint),
-) -> Looks<f32> {
+fn one_look(scene: &Tables, varied: &Varied, mut own: Looks<f32>, at: LookUp) -> Looks<f32> {
     let row = varied.row();
-    let [r, g, b, _] = colored(scene, &row, own.base_color, (place, footprint));
-    own.base_color = [r, g, b];
-    for (slot, texture) in &varied.refs {
-        if *slot == Slot::MetallicRoughness {
-            let [_, g, b, _] = look_up(scene, texture, place, footprint);
-            own.roughness *= g;
-            own.metallic *= b;
-        }
-    }
+    own.base_color = at.base_color(scene, &row, own.base_color);
+    let numbers = [own.metallic, own.roughness];
+    [own.metallic, own.roughness] = at.metallic_roughness(scene, &row, numbers);
     own
 }
 

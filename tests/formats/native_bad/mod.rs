@@ -7,6 +7,7 @@ use std::time::Instant;
 
 mod files;
 mod numbers;
+mod patterns;
 mod polynomials;
 mod shutters;
 

@@ -7,6 +7,7 @@
 
 mod function;
 mod looks;
+mod patterns;
 mod shapes;
 mod text;
 
@@ -245,6 +246,7 @@ impl Writer<'_> {
         let mut rows: Table = Vec::new();
         for (i, row) in self.scene.materials.rows.iter().enumerate() {
             let mut table = looks::material(row);
+            patterns::put(&self.scene.textures, MaterialId(i as u32), &mut table);
             if let Some(group) = self.group(Lit::Material(MaterialId(i as u32))) {
                 table.push(("group".into(), group));
             }

@@ -12,6 +12,7 @@
 pub(super) mod exact;
 pub mod guarded;
 
+use super::chart::Chart;
 use super::columns::table;
 use super::exact::{Inside, Line, Root};
 use super::face::Face;
@@ -357,6 +358,10 @@ impl Primitive for Cones {
     #[inline(always)]
     fn nearest<D: Lanes<Scalar = f64>>(&self, id: ConeId, p: Vec3<D>) -> (D, Vec3<D>) {
         self.upright(id).nearest(p)
+    }
+
+    fn chart(&self, id: ConeId, p: DVec3, _: DVec3) -> Chart {
+        Chart::on_cone(self.upright(id), p)
     }
 }
 

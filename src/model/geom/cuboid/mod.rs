@@ -2,6 +2,7 @@
 
 pub mod guarded;
 
+use super::chart::Chart;
 use super::columns::{kernels_of_span, table};
 use super::exact::{Inside, Line, solid};
 use super::face::Face;
@@ -118,6 +119,11 @@ impl Primitive for Cuboids {
     #[inline(always)]
     fn nearest<D: Lanes<Scalar = f64>>(&self, id: CuboidId, p: Vec3<D>) -> (D, Vec3<D>) {
         self.row(id).nearest(p)
+    }
+
+    fn chart(&self, id: CuboidId, p: DVec3, normal: DVec3) -> Chart {
+        let row = self.row(id);
+        Chart::on_box([row.min, row.max], p, normal)
     }
 }
 

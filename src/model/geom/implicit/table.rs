@@ -1,6 +1,6 @@
 //! The table of polynomial surfaces.
 
-use super::{Implicit, check, guarded, values_of};
+use super::{Implicit, check, guarded, torus, values_of};
 use crate::geom::by_solver;
 use crate::geom::exact::sign_at;
 use crate::geom::exact::{Line, Root, first_beyond_of};
@@ -9,7 +9,7 @@ use crate::geom::implicit_bounds::bounds_of;
 use crate::geom::kinds::ImplicitId;
 use crate::geom::primitive::{Blur, Boundaries, Exact, Flaw, OPEN, Primitive};
 use crate::geom::ray::Meet;
-use crate::geom::{Clip, Dense, Scratch, Tape};
+use crate::geom::{Chart, Clip, Dense, Scratch, Tape};
 use crate::math::Aabb;
 use crate::math::Vec3;
 use crate::math::bounds::UNIT;
@@ -33,6 +33,8 @@ pub struct Implicits {
     /// [`Solver::Auto`] is the lanes' own solver; `guarded` and `exact` always use it, and
     /// decide exactly.
     pub solver: Vec<Solver>,
+    /// The rows that are tori, with their radii [R, r], in order.
+    tori: Vec<(ImplicitId, [f64; 2])>,
     /// The latest row of each hash of tape and clip, because many rows may share a tape.
     latest: HashMap<u64, u32>,
 }
@@ -58,6 +60,8 @@ impl Implicits {
             Some(row) if self.bounds[row] == bounds => self.dense[row].clone(),
             _ => Dense::expand(&tape, bounds).map(Box::new),
         };
+        self.tori
+            .extend(torus::radii_of(&tape).map(|radii| (id, radii)));
         self.dense.push(dense);
         self.tape.push(tape);
         self.open.push(open);
@@ -110,7 +114,7 @@ impl Implicits {
         let tapes: usize = self.tape.iter().map(|tape| tape.bytes() + rest).sum();
         let dense = size_of::<Option<Box<Dense>>>() * self.dense.len()
             + size_of::<Dense>() * self.dense.iter().flatten().count();
-        tapes + dense + latest
+        tapes + dense + latest + size_of_val(&self.tori[..])
     }
 }
 
@@ -186,6 +190,14 @@ impl Primitive for Implicits {
         let own = || values_of(&row, at).1.length();
         let off = guarded::blur_at((row.tape, row.dense), at) * D::splat(1.0 / UNIT);
         off / slope.unwrap_or_else(own)
+    }
+
+    fn chart(&self, id: ImplicitId, p: DVec3, normal: DVec3) -> Chart {
+        let known = self.tori.binary_search_by_key(&id, |(row, _)| *row);
+        match known {
+            Ok(at) => Chart::on_torus(self.tori[at].1[0], p),
+            Err(_) => Chart::along_axes(p, normal),
+        }
     }
 }
 

@@ -11,9 +11,10 @@ mod table;
 
 pub use table::Polygons;
 
+use super::chart::Chart;
 use super::ray::{Meet, Ray};
 use crate::math::lanes::{Lanes, Mask, Scalar};
-use crate::math::{Aabb, Vec3, unordered_dot};
+use crate::math::{Aabb, Vec3, unit, unordered_dot};
 use glam::DVec3;
 
 /// A polygon's corners and the unit normal of its plane (Newell's method).
@@ -95,6 +96,22 @@ fn odd_crossings<L: Lanes>(points: &[DVec3], ray: &Ray<L>, k: usize) -> L::Mask 
         (ax, ay) = (bx, by);
     }
     odd
+}
+
+/// Stretches an image over the rectangle about a polygon whose lower side runs along the first
+/// edge, as it is seen from where the normal points.
+pub(super) fn chart(polygon: &Polygon, p: DVec3) -> Chart {
+    let points = polygon.points;
+    let first = points[0];
+    // Corners may coincide, but not all of them.
+    let next = points.iter().find(|q| **q != first);
+    let right = unit(next.map_or(DVec3::X, |next| *next - first));
+    let down = right.cross(polygon.normal);
+    Chart::stretched([right, down], p, |axis| {
+        let along = points.iter().map(|q| q.dot(axis));
+        let none = [f64::INFINITY, f64::NEG_INFINITY];
+        along.fold(none, |[low, high], x| [low.min(x), high.max(x)])
+    })
 }
 
 /// The most that corners may lie off the plane, relative to the polygon's size.

@@ -1,12 +1,12 @@
 //! The table of polygons: ranges into shared columns.
 
-use super::{Polygon, guarded, meet, polygon_plane, room};
-use crate::geom::Scratch;
+use super::{Polygon, chart, guarded, meet, polygon_plane, room};
 use crate::geom::exact::{Line, Root};
 use crate::geom::guarded::ObjectRay;
 use crate::geom::kinds::PolygonId;
 use crate::geom::primitive::{Blur, Exact, Flaw, Primitive, finite3};
 use crate::geom::ray::Meet;
+use crate::geom::{Chart, Scratch};
 use crate::math::lanes::Lanes;
 use crate::math::{Aabb, Vec3, unit};
 use glam::DVec3;
@@ -157,6 +157,10 @@ impl Primitive for Polygons {
         let on = Vec3::splat(polygon.points[0].to_array());
         let normal = Vec3::splat(unit(polygon.normal).to_array());
         ((p - on).dot(normal), normal)
+    }
+
+    fn chart(&self, id: PolygonId, p: DVec3, _: DVec3) -> Chart {
+        chart(&self.row(id), p)
     }
 }
 

@@ -5,6 +5,7 @@
 
 pub mod guarded;
 
+use super::chart::Chart;
 use super::columns::{kernels_of_span, table};
 use super::exact::{Inside, Line, solid};
 use super::face::Face;
@@ -117,6 +118,12 @@ impl Primitive for Spheres {
     #[inline(always)]
     fn normals<D: Lanes<Scalar = f64>>(&self, id: SphereId, p: Vec3<D>) -> Vec3<D> {
         self.row(id).normals_at(p)
+    }
+
+    fn chart(&self, id: SphereId, p: DVec3, _: DVec3) -> Chart {
+        let row = self.row(id);
+        let radii = DVec3::splat(row.radius);
+        Chart::on_sphere((p - row.center) / radii, radii)
     }
 }
 

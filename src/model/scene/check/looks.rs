@@ -108,6 +108,22 @@ pub(super) fn materials(scene: &Tables) -> Result<(), SceneError> {
             }
         }
     }
+    for row in scene.textures.iter() {
+        let id = row.material.0;
+        let label = || format!("material {}", scene.materials.names.label(id));
+        let what = || Entity::new(EntityKind::Material, id, label());
+        for pattern in row.patterns() {
+            let count = scene.textures.patterns.len();
+            let known = scene.textures.patterns.get(pattern.index());
+            let dangling = || SceneError::DanglingId {
+                what: what(),
+                kind: "pattern",
+                id: pattern.0,
+                count,
+            };
+            known.ok_or_else(dangling)?.check(what)?;
+        }
+    }
     for v in scene.background {
         let what = || Entity::new(EntityKind::Background, 0, "the background".into());
         finite(what, "colour", &[f64::from(v)])?;

@@ -29,7 +29,7 @@ pub struct TradeoffArgs {
     /// Size in pixels, as WIDTHxHEIGHT [default: 320x180]
     #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = parse_size)]
     pub size: Option<Size>,
-    /// Pictures of each way, of which the median time counts
+    /// Pictures of each way, of which the median time counts; of one that takes seconds, fewer
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = value_parser!(u32).range(1..=1000))]
     pub reps: u32,
     /// Samples per pixel of the converged picture [default: 1024; of direct light 64]

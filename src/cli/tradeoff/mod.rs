@@ -34,6 +34,10 @@ use ways::{Way, ways};
 /// The seed of the converged picture, so that its noise is not that of the others.
 const CONVERGED_SEED: u64 = 0x5eed;
 
+/// Seconds that a way takes, all its pictures together, after which it is not rendered again: what
+/// takes long is measured well enough.
+const LONG: f64 = 2.0;
+
 /// What `--json` gets.
 #[derive(Serialize)]
 struct Report<'a> {
@@ -74,7 +78,7 @@ pub fn run(args: &TradeoffArgs) -> Result<(), CliError> {
         progress: &progress,
     };
     complain(&format!(
-        "{} ways to render {}, {} times each, and a picture of {spp} spp to compare with",
+        "{} ways to render {}, up to {} times each, and a picture of {spp} spp to compare with",
         ways.len(),
         printable_line(&args.scene.display().to_string()),
         args.reps
@@ -267,6 +271,9 @@ impl Work<'_> {
         let mut pictures = Vec::new();
         for turn in 0..self.args.reps {
             for (i, way) in ways.iter().enumerate() {
+                if times[i].iter().sum::<f64>() > LONG {
+                    continue;
+                }
                 let plan = self.plan(&way.config)?;
                 let (world, build) = self.world(&way.config, &plan)?;
                 let begin = Instant::now();

@@ -59,7 +59,7 @@ pub fn ways(scene: &Scene, instances: &Instances, base: &RenderConfig) -> Vec<Wa
             });
         }
     }
-    structures(&mut ways, instances);
+    structures(&mut ways, instances, paths);
     if !scene.implicits.is_empty() {
         let solvers = Solver::ALL.iter().filter(|solver| **solver != Solver::Auto);
         for solver in solvers {
@@ -126,18 +126,30 @@ fn samples(ways: &mut Ways, paths: bool) {
     }
 }
 
-fn structures(ways: &mut Ways, instances: &Instances) {
+/// Structures and widths of packets, whose pictures are alike: of paths with few samples, beside
+/// those of the scene's own structure.
+fn structures(ways: &mut Ways, instances: &Instances, paths: bool) {
+    let (spp, few) = match paths {
+        true => (4, " --spp 4"),
+        false => (ways.base.spp, ""),
+    };
     for accel in Accel::ALL {
         // A list tries all things for every ray, and item buffers are for camera rays.
         let is_slow = accel == Accel::Linear && instances.count() > 64;
         let is_own = accel == Accel::Bvh;
         if !is_own && !is_slow && instances.are_laid_out() {
-            let option = format!("--accel {}", accel.name());
-            ways.add("structure", &option, |c| c.choices.accel = Some(accel));
+            let option = format!("--accel {}{few}", accel.name());
+            ways.add("structure", &option, |c| {
+                c.choices.accel = Some(accel);
+                c.spp = spp;
+            });
         }
     }
     if native_width() > 1 {
-        ways.add("lanes", "--lanes 1", |c| c.choices.lanes = LaneCount::One);
+        ways.add("lanes", &format!("--lanes 1{few}"), |c| {
+            c.choices.lanes = LaneCount::One;
+            c.spp = spp;
+        });
     }
 }
 
@@ -145,8 +157,8 @@ fn caches(ways: &mut Ways) {
     if ways.base.shutter.is_some() {
         return;
     }
-    for error in [0.1, 0.2, 0.4] {
-        for spp in [4, 16, 64] {
+    for error in [0.2, 0.4] {
+        for spp in [16, 64] {
             let option = format!("--cache irradiance --cache-error {error} --spp {spp}");
             ways.add("cache", &option, |c| {
                 c.spp = spp;

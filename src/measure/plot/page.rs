@@ -63,6 +63,11 @@ pub fn page_with(heading: &Heading, style: &str, sections: &[Section]) -> String
     write_with((style, &[]), heading, sections)
 }
 
+/// Writes a page with curves, without legend and with a style of its own.
+pub fn page_with_curves(heading: &Heading, style: &str, sections: &[Section]) -> String {
+    write_with((&(curve_colours() + style), &[]), heading, sections)
+}
+
 fn write_with(
     (style, legend): (&str, &[(&str, &str)]),
     heading: &Heading,

@@ -3,7 +3,7 @@
 
 use super::curves::{Chart, Line, Stroke, draw};
 use super::embed::data;
-use super::page::{Heading, Section, page_with};
+use super::page::{Heading, Section, page_with_curves};
 use super::svg::escaped;
 use crate::io::{Picture, SaveError};
 use crate::measure::tradeoff::Point;
@@ -21,7 +21,7 @@ body { max-width: 1120px; }
 select, button { font: inherit; color: inherit; background: var(--page); border: 1px solid var(--axis);
   border-radius: 4px; padding: 1px 8px; max-width: 46%; }
 tr.front td:first-child::before { content: '\\2605  '; } td code { user-select: all; }
-td.number { text-align: right; } .curve.front { stroke: var(--soft); stroke-width: 1.5; }
+td.number { text-align: right; } td { white-space: nowrap; } .figure { overflow-x: auto; }
 ";
 
 /// The script: which pictures are shown, where the border is, and what a button copies.
@@ -84,7 +84,7 @@ pub fn tradeoff_page(
         title: format!("Speed against accuracy: {scene}"),
         facts,
     };
-    let page = page_with(&heading, STYLE, &sections);
+    let page = page_with_curves(&heading, STYLE, &sections);
     // The script stands behind the figures that it moves.
     Ok(page.replacen("</body>", &format!("{SCRIPT}</body>"), 1))
 }

@@ -13,6 +13,7 @@ mod limits;
 mod native;
 mod native_bad;
 mod nff;
+mod placed;
 mod polynomials;
 mod pov;
 mod scad;

@@ -73,6 +73,7 @@ pub use shared::view_transform::{Bits, Development, Tone};
 
 use crate::geom::HalfSpace;
 use crate::scene::{Edge, MeshData, Scene, SceneBuilder, SceneError};
+use shared::points::add_points;
 use std::path::{Path, PathBuf};
 
 /// A checked scene, and a warning about what its file has and the scene has not.
@@ -98,6 +99,9 @@ pub struct LoadOptions {
     pub variant: Option<String>,
     /// The animation of a glTF file to show; without one it is as at rest.
     pub animation: Option<Animated>,
+    /// The radius, in units of the file's world, of the balls that its points and the ends of its
+    /// lines are drawn as; without one they are left out.
+    pub point_radius: Option<f64>,
     /// How the curves of OpenSCAD's files are drawn.
     pub scad_curves: Curves,
     /// Half-spaces of the world that the scene is cut to.
@@ -165,10 +169,12 @@ fn import(
         "scad" => scad::import_program(path, options, scene, report),
         "gltf" | "glb" => gltf::import(path, options, &mut files.images, scene, report),
         "obj" => obj::import(path, options, &mut files.images, scene, report),
-        "ply" => ply::read(path, report).map(|file| {
-            let mesh = file.add_materials(scene);
+        "ply" => {
+            let file = ply::read(path, options.point_radius.is_some(), report)?;
+            let (mesh, points) = file.add_with_points(scene);
             add_mesh_instance(scene, &mesh);
-        }),
+            add_points(path, &points, options, scene, report)
+        }
         "stl" => stl::read(path, report).map(|mesh| add_mesh_instance(scene, &mesh)),
         other => Err(LoadError::unknown_format(path, other)),
     }

@@ -14,6 +14,7 @@ mod native;
 mod native_bad;
 mod nff;
 mod placed;
+mod points;
 mod polynomials;
 mod pov;
 mod scad;

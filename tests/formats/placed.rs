@@ -168,11 +168,11 @@ fn materials_of_a_placed_file_are_replaced_by_name() {
         "red",
         "pair/Steel",
         "", // replaced
-        "pair/Paint",
-        "pair/Steel",
+        "pair_2/Paint",
+        "pair_2/Steel",
         "", // as they are
-        "pair/Paint",
-        "pair/Steel",
+        "pair_2/Paint",
+        "pair_2/Steel",
         "red", // where there are none
     ];
     assert_eq!(materials, expected);

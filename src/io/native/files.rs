@@ -31,6 +31,8 @@ pub(crate) struct Files {
     placed: HashMap<Placing, Rc<PlacedFile>>,
     /// The files that are being read, each named by the one before, and their names there.
     open: Vec<(PathBuf, String)>,
+    /// How many files have a name in the file that places them.
+    names: HashMap<(PathBuf, String), usize>,
     places: Vec<FilePlaces>,
     copies: u64,
 }
@@ -48,8 +50,9 @@ pub(super) struct PlacedFile {
     pub node: NodeId,
     /// The cameras and lights in its own world.
     pub views: Surroundings,
-    /// The file's name without folder and ending.
-    pub stem: String,
+    /// The file's name without folder and ending, and a number where another file beside it, or
+    /// the same with other materials, has that.
+    pub name: String,
 }
 
 /// A material of a placed file by name, and the one in its place.
@@ -88,6 +91,22 @@ impl Files {
              {}; put a repeat into a node and repeat that: 1000 of 1000 are stored as 2000",
             self.copies
         ))
+    }
+
+    /// Names a file within the one that is being read.
+    fn name_of(&mut self, path: &Path) -> String {
+        let stem = path.file_stem().unwrap_or_default();
+        let stem = one_line(&stem.to_string_lossy());
+        let within = self
+            .open
+            .last()
+            .map_or(PathBuf::new(), |(path, _)| path.clone());
+        let count = self.names.entry((within, stem.clone())).or_default();
+        *count += 1;
+        match *count {
+            1 => stem,
+            n => format!("{stem}_{n}"),
+        }
     }
 
     /// Returns the path of a scene file that another names, unless that file is being read.
@@ -141,8 +160,7 @@ impl Files {
         if let Some(known) = self.placed.get(&placing) {
             return Ok(known.clone());
         }
-        let stem = placing.path.file_stem().unwrap_or_default();
-        let stem = one_line(&stem.to_string_lossy());
+        let name = self.name_of(&placing.path);
         // Where materials are replaced, so are those of the files within.
         let shared = match overrides.is_empty() {
             true => HashMap::new(),
@@ -157,8 +175,7 @@ impl Files {
             animation: None,
             ..options.clone()
         };
-        let (path, name) = (placing.path.clone(), file.value.clone());
-        self.open.push((path, name));
+        self.open.push((placing.path.clone(), file.value.clone()));
         let left_out = report.summary();
         crate::import(&placing.path, &own_options, self, scene, report)?;
         self.open.pop();
@@ -176,9 +193,9 @@ impl Files {
             );
             return Err(source.error(file.at, message));
         }
-        scene.prefix_names(&since, &format!("{stem}/"));
+        scene.prefix_names(&since, &format!("{name}/"));
         let first_edge = scene.tables().edges.len();
-        let node = scene.node_of_roots(&stem, &views.roots);
+        let node = scene.node_of_roots(&name, &views.roots);
         for file in &mut self.places[first_places..] {
             if let FilePlaces::Text { at, .. } = file {
                 at.become_placed(first_edge);
@@ -193,7 +210,7 @@ impl Files {
         if !overrides.is_empty() {
             self.placed = shared;
         }
-        let made = Rc::new(PlacedFile { node, views, stem });
+        let made = Rc::new(PlacedFile { node, views, name });
         self.placed.insert(placing, made.clone());
         Ok(made)
     }

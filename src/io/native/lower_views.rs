@@ -68,7 +68,7 @@ pub(super) fn views(
         let message = format!(
             "the lights of {} are placed too often: files that a scene places bring {MOST_LIGHTS} \
              lights at most; place a copy of the file without lights",
-            quoted(&file.file.stem)
+            quoted(&file.file.name)
         );
         source.error(file.at, message)
     };
@@ -149,11 +149,11 @@ fn wanted(placed: &[(Rc<PlacedFile>, usize)]) -> HashMap<NodeId, Wanted<'_>> {
         if views.lights.is_empty() && views.cameras.rows.is_empty() {
             continue;
         }
-        let before = times.entry(&file.stem).or_default();
+        let before = times.entry(&file.name).or_default();
         *before += 1;
         let prefix = match *before {
-            1 => format!("{}/", file.stem),
-            n => format!("{}_{n}/", file.stem),
+            1 => format!("{}/", file.name),
+            n => format!("{}_{n}/", file.name),
         };
         let row = Wanted {
             file,

@@ -196,7 +196,8 @@ fn scan(
             _ => {}
         }
     }
-    report.add_many("vertex colour set", usize::from(colored > 0));
+    let are_drawn = wants_points && all.faces.is_empty();
+    report.add_many("vertex colour set", usize::from(colored > 0 && !are_drawn));
     Ok(all)
 }
 

@@ -406,6 +406,17 @@ fn lights_come_with_every_placement_and_cameras_with_the_first() {
         warning(&files),
         "not imported: 1 × background of a placed file"
     );
+    // A sky stays behind, and its sun with it.
+    let sky = "[environment]\nsky = { sun_direction = [0, 1, 1] }\n";
+    let files = [
+        ("main.toml", "[[instance]]\nscene = 'sky.toml'\n"),
+        ("sky.toml", &*format!("{LAMP}{sky}")),
+    ];
+    let expected =
+        "not imported: 1 × background of a placed file, 1 × environment of a placed file";
+    assert_eq!(warning(&files), expected);
+    let placed = scene(&files);
+    assert!(placed.environment.is_none() && placed.lights.len() == 2);
     // What stretches has no ball of light.
     let main = "[[instance]]\nscene = 'lamp.toml'\ntransform = [{ scale = [1, 2, 1] }]\n";
     let said = warning(&[("main.toml", main), ("lamp.toml", LAMP)]);

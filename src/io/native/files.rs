@@ -8,9 +8,7 @@ use super::lower_views::is_seen;
 use super::places::FilePlaces;
 use super::source_spans::At;
 use super::tree::{Source, nearest, quoted};
-use crate::scene::{
-    Entity, Environment, Lit, MaterialId, NodeId, RowCounts, SceneBuilder, Surroundings,
-};
+use crate::scene::{Entity, Lit, MaterialId, NodeId, RowCounts, SceneBuilder, Surroundings};
 use crate::shared::images::ImageStore;
 use crate::shared::messages::one_line;
 use crate::{Folder, ImportReport, LoadError, LoadOptions};
@@ -68,6 +66,11 @@ impl Files {
             open: vec![(path, name)],
             ..Files::default()
         }
+    }
+
+    /// Says whether the file that is read is one that another places.
+    pub(super) fn is_placing(&self) -> bool {
+        self.open.len() > 1
     }
 
     /// Returns the file of an entity, and line and column there, as far as they are known.
@@ -271,8 +274,6 @@ fn keep_groups(views: &Surroundings, since: &RowCounts, scene: &mut SceneBuilder
 
 /// Counts what a placed file has for its own picture alone.
 fn count_left_out(views: &Surroundings, scene: &SceneBuilder, report: &mut ImportReport) {
-    let has = |environment: &Option<Environment>| usize::from(environment.is_some());
-    report.add_many("environment of a placed file", has(&views.environment));
     let background = usize::from(is_seen(views.background));
     report.add_many("background of a placed file", background);
     let own = &scene.tables().seconds;

@@ -34,6 +34,10 @@ pub(super) fn lower(
     let mut at: Vec<Offsets> = units.iter().map(|_| Offsets::default()).collect();
     let own = units.len() - 1;
     let cameras = units[own].file.camera.take().unwrap_or_default();
+    if files.is_placing() && units[own].file.environment.take().is_some() {
+        // A sky would add its sun to the lights, which come along.
+        report.add("environment of a placed file");
+    }
     seen_by(&units[own], cameras, (options, report), scene, &mut at[own])?;
     let has_textures = |unit: &Unit| {
         let materials = unit.file.material.iter().flat_map(|all| &all.0);

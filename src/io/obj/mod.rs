@@ -7,8 +7,9 @@
 //! Polygons become triangles in file order: fans about their first corner where that is
 //! right, or else what `triangulate` makes. Corners with equal indices
 //! share a vertex. Texture coordinates are used where a material has an image; weights,
-//! groups and smoothing are not read; vertex colours, points, lines, and free-form curves and
-//! surfaces are counted in the import report. Keywords may be in capitals. A position that is
+//! groups and smoothing are not read; points and lines are where they are wanted (`elements`).
+//! Otherwise they are counted in the import report, as are free-form curves and surfaces, and
+//! vertex colours of faces. Keywords may be in capitals. A position that is
 //! not finite is an error only if a face uses it, and such a normal is replaced.
 
 mod elements;

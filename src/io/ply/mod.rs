@@ -3,8 +3,9 @@
 //! Three elements are read, with any number types: `vertex` (x y z, and nx ny nz if all three
 //! exist), `face` and `tristrips` (`vertex_indices` or `vertex_index`). Faces of more than
 //! three corners are split by `triangulate`, those of fewer are counted; a strip begins anew
-//! after a negative number. Colours of faces, in sRGB, become materials; those of vertices,
-//! and all other elements, are counted.
+//! after a negative number. Colours of faces, in sRGB, become materials, and so do those of
+//! vertices that are drawn as points; all other elements, and colours of vertices of faces, are
+//! counted.
 //!
 //! `header` parses the header and `rows` the rows of an element. The crate ply-rs-bw is not
 //! used: it takes a line of text for a row, refuses tabs, blank lines and line ends of old
@@ -29,8 +30,8 @@ use rows::{Binary, Rows, Words};
 use std::collections::HashMap;
 use std::path::Path;
 
-/// Reads a PLY file as one mesh, or as points if they are wanted and there are no triangles. Fails for malformed files, and for faces with vertices that
-/// do not exist or are not finite.
+/// Reads a PLY file as one mesh, or as points if they are wanted and there are no triangles. Fails
+/// for malformed files, and for faces with vertices that do not exist or are not finite.
 pub(super) fn read(
     path: &Path,
     wants_points: bool,

@@ -159,7 +159,11 @@ pub(super) fn lower(
     lower_views::views(&source, own_nodes, &placed, (scene, report), &mut at[own])?;
     for (unit, at) in units.into_iter().zip(at) {
         let Unit { path, text, .. } = unit;
-        files.add_places(FilePlaces::Text { path, text, at });
+        files.add_places(FilePlaces::Text {
+            path,
+            text,
+            at: Box::new(at),
+        });
     }
     Ok(())
 }

@@ -78,7 +78,7 @@ pub(super) enum FilePlaces {
     Text {
         path: PathBuf,
         text: String,
-        at: Offsets,
+        at: Box<Offsets>,
     },
     /// A file of another format, whose rows were added between two counts.
     Rows {

@@ -73,7 +73,7 @@ pub use shared::view_transform::{Bits, Development, Tone};
 
 use crate::geom::HalfSpace;
 use crate::scene::{Edge, MeshData, Scene, SceneBuilder, SceneError};
-use shared::images::ImageStore;
+use shared::points::add_points;
 use std::path::{Path, PathBuf};
 
 /// A checked scene, and a warning about what its file has and the scene has not.
@@ -99,6 +99,9 @@ pub struct LoadOptions {
     pub variant: Option<String>,
     /// The animation of a glTF file to show; without one it is as at rest.
     pub animation: Option<Animated>,
+    /// The radius, in units of the file's world, of the balls that its points and the ends of its
+    /// lines are drawn as; without one they are left out.
+    pub point_radius: Option<f64>,
     /// How the curves of OpenSCAD's files are drawn.
     pub scad_curves: Curves,
     /// Half-spaces of the world that the scene is cut to.
@@ -113,32 +116,35 @@ pub struct LoadOptions {
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
     let mut scene = SceneBuilder::default();
     let mut report = ImportReport::default();
-    let spans = import(path, options, &mut scene, &mut report)?;
+    let mut files = native::Files::of(path);
+    import(path, options, &mut files, &mut scene, &mut report)?;
     let warning = report.summary();
     let scene = scene.finish().map_err(|source| match (&source, &warning) {
         (SceneError::NothingToSee, Some(left_out)) => LoadError::Empty {
             path: path.into(),
             left_out: left_out.clone(),
         },
-        _ => LoadError::Scene {
-            path: path.into(),
-            place: source
-                .entity()
-                .and_then(|what| spans.as_ref()?.line_column(what)),
-            source,
-        },
+        _ => {
+            let known = source.entity().and_then(|what| files.find(what));
+            let (path, place) = known.unwrap_or((path, None));
+            LoadError::Scene {
+                path: path.into(),
+                place,
+                source,
+            }
+        }
     })?;
     section::clipped(scene, &options.clip, path, warning)
 }
 
-/// Fills the builder by the importer of the file's extension; a native scene also gives the
-/// source spans of its entities.
+/// Fills the builder by the importer of the file's extension.
 fn import(
     path: &Path,
     options: &LoadOptions,
+    files: &mut native::Files,
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
-) -> Result<Option<native::SourceSpans>, LoadError> {
+) -> Result<(), LoadError> {
     let animation = options.animation.as_ref();
     let named = animation.is_some_and(|animation| animation.name.is_some());
     if named && !matches!(&*extension(path), "gltf" | "glb") {
@@ -148,8 +154,6 @@ fn import(
             remedy: Some("leave it out; the motion of other scenes needs no name".into()),
         });
     }
-    let images = &mut ImageStore::default();
-    let native = |syntax, scene, report| native::import(path, syntax, options, scene, report);
     if options.variant.is_some() && !matches!(&*extension(path), "gltf" | "glb") {
         return Err(LoadError::Unsupported {
             path: path.into(),
@@ -158,21 +162,22 @@ fn import(
         });
     }
     match &*extension(path) {
-        "toml" => return native(native::Syntax::Toml, scene, report).map(Some),
-        "json" => return native(native::Syntax::Json, scene, report).map(Some),
+        "toml" => native::import(path, native::Syntax::Toml, options, files, scene, report),
+        "json" => native::import(path, native::Syntax::Json, options, files, scene, report),
         "nff" => nff::import(path, scene, report),
         "csg" => scad::import(path, options, scene, report),
         "scad" => scad::import_program(path, options, scene, report),
-        "gltf" | "glb" => gltf::import(path, options, images, scene, report),
-        "obj" => obj::import(path, options, images, scene, report),
-        "ply" => ply::read(path, report).map(|file| {
-            let mesh = file.add_materials(scene);
+        "gltf" | "glb" => gltf::import(path, options, &mut files.images, scene, report),
+        "obj" => obj::import(path, options, &mut files.images, scene, report),
+        "ply" => {
+            let file = ply::read(path, options.point_radius.is_some(), report)?;
+            let (mesh, points) = file.add_with_points(scene);
             add_mesh_instance(scene, &mesh);
-        }),
+            add_points(path, &points, options, scene, report)
+        }
         "stl" => stl::read(path, report).map(|mesh| add_mesh_instance(scene, &mesh)),
         other => Err(LoadError::unknown_format(path, other)),
-    }?;
-    Ok(None)
+    }
 }
 
 /// Adds a mesh and one instance of it, for files that hold nothing else; adds nothing if the

@@ -54,6 +54,7 @@ fn converted_scenes_have_the_same_bits() {
         "instances",
         "lens_glass",
         "light_panels",
+        "placed",
         "prism",
         "surface_heart",
         "surface_torus",

@@ -16,6 +16,7 @@ mod measure;
 mod motion;
 mod outputs;
 mod parts;
+mod placed;
 mod roots;
 mod run;
 mod scad;

@@ -13,6 +13,8 @@ mod limits;
 mod native;
 mod native_bad;
 mod nff;
+mod placed;
+mod points;
 mod polynomials;
 mod pov;
 mod scad;

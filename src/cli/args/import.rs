@@ -1,6 +1,6 @@
 //! Options of reading scene files.
 
-use super::values::parse_scad_curves;
+use super::values::{parse_positive, parse_scad_curves};
 use crate::geom::HalfSpace;
 use crate::io::{Curves, LoadOptions};
 use clap::Args;
@@ -12,6 +12,10 @@ pub struct ImportArgs {
     /// Allow files that the scene names outside its folder
     #[arg(long)]
     pub allow_outside: bool,
+    /// Draw points and lines of .gltf, .glb, .ply and .obj files as balls and round bars of this
+    /// radius, in units of the file [default: they are left out]
+    #[arg(long, value_name = "R", value_parser = parse_positive)]
+    pub point_radius: Option<f64>,
     /// Curves of OpenSCAD's files: exact (polygons where $fn is 12 or less) or facets (as
     /// OpenSCAD makes them) [default: exact]
     #[arg(long, value_name = "CURVES", value_parser = parse_scad_curves)]
@@ -27,6 +31,7 @@ impl ImportArgs {
         LoadOptions {
             allow_outside: self.allow_outside,
             outputs,
+            point_radius: self.point_radius,
             scad_curves: self.scad_curves.unwrap_or_default(),
             clip: self.clip.clone(),
             ..LoadOptions::default()

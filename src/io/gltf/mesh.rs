@@ -56,11 +56,11 @@ pub(super) fn read(
         match mode {
             Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan => {}
             Mode::Points => {
-                report.add("point primitive");
+                left_out(file, "point primitive (see --point-radius)", report);
                 continue;
             }
             Mode::Lines | Mode::LineLoop | Mode::LineStrip => {
-                report.add("line primitive");
+                left_out(file, "line primitive (see --point-radius)", report);
                 continue;
             }
         }
@@ -153,6 +153,11 @@ pub(super) fn read(
     compact(&mut mesh);
     report.add_many("unusable normal", repair_normals(&mut mesh));
     Ok(mesh)
+}
+
+/// Counts a primitive of points or lines, unless these are drawn, by `points`.
+fn left_out(file: &File, what: &str, report: &mut ImportReport) {
+    report.add_many(what, usize::from(!file.wants_points));
 }
 
 fn is_finite(mesh: &MeshData, vertex: u32) -> bool {

@@ -24,6 +24,7 @@ mod morph;
 mod motion;
 mod nodes;
 mod placement;
+mod points;
 mod skin;
 mod tangents;
 mod texture;
@@ -32,6 +33,7 @@ mod variant;
 use crate::scene::SceneBuilder;
 use crate::shared::images::ImageStore;
 use crate::shared::messages::one_line;
+use crate::shared::points::add_points;
 use crate::{Folder, ImportReport, LoadError, LoadOptions};
 use accessor::Accept;
 use buffers::Buffers;
@@ -50,6 +52,8 @@ struct File<'a> {
     buffers: Buffers<'a>,
     /// Whether the first set of texture coordinates is read in any case.
     keeps_uvs: bool,
+    /// Whether points and lines are drawn.
+    wants_points: bool,
     /// The number of the variant of materials to show.
     variant: Option<u64>,
     /// The number of elements that may still be decoded.
@@ -124,6 +128,7 @@ pub(super) fn import(
         root,
         sources,
         keeps_uvs: options.keeps_uvs,
+        wants_points: options.point_radius.is_some(),
         variant,
         buffers,
         budget: Cell::new(FREE_ELEMENTS + 4 * size),
@@ -145,7 +150,8 @@ pub(super) fn import(
         scene.motion_takes(animation.seconds);
     }
     let motion = Motion::new(placements, animation, asked);
-    nodes::import(&file, &motion, &materials, scene, report)
+    let points = nodes::import(&file, &motion, &materials, scene, report)?;
+    add_points(path, &points, options, scene, report)
 }
 
 /// Counts the parts of meshes, and the extensions, that this importer does not read.

@@ -13,9 +13,11 @@ use super::material::Materials;
 use super::meshes::Meshes;
 use super::motion::Motion;
 use super::placement::{Extent, instances, local_transform};
+use super::points::PointMeshes;
 use crate::math::Affine;
 use crate::scene::{Edge, SceneBuilder};
 use crate::shared::messages::one_line;
+use crate::shared::points::Drawn;
 use crate::{ImportReport, LoadError};
 use serde_json::Value;
 use std::collections::HashMap;
@@ -23,7 +25,8 @@ use std::collections::HashMap;
 /// The parent of a root.
 pub(super) const NO_PARENT: u32 = u32::MAX;
 
-/// Imports the nodes of the scene to show, placed as at the motion's beginning. Fails for references that do not exist, nodes
+/// Imports the nodes of the scene to show, placed as at the motion's beginning. Returns their points
+/// and lines, if these are wanted. Fails for references that do not exist, nodes
 /// with two parents, cycles, and malformed transforms, skins, cameras or lights.
 pub(super) fn import(
     file: &File,
@@ -31,7 +34,7 @@ pub(super) fn import(
     materials: &Materials,
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
-) -> Result<(), LoadError> {
+) -> Result<Vec<Drawn>, LoadError> {
     let parents = parents(file)?;
     let roots = roots(file, &parents)?;
     let order = parents_first(file, &roots);
@@ -75,11 +78,23 @@ pub(super) fn import(
     let mut own: Vec<Option<Edge>> = vec![None; placed.local.len()];
     let mut several: HashMap<usize, Vec<Edge>> = HashMap::new();
     let mut skinned = Vec::new();
+    let mut points = PointMeshes::default();
     for node in shown.iter().map(|n| *n as usize) {
         let source = &file.root.nodes[node];
         let Some(mesh) = source.mesh.map(|mesh| mesh.value()) else {
             continue;
         };
+        if file.wants_points {
+            let world = placed.world[node];
+            let copies = instances(file, node, &|| label(file, node))?;
+            let maps: Vec<Affine> = match copies {
+                Some(copies) => copies.iter().map(|copy| world.then_after(copy)).collect(),
+                None => vec![world],
+            };
+            if points.add(file, mesh, materials, &maps, report)? && motion.any_moves() {
+                report.add("motion of points or lines");
+            }
+        }
         // The skin of a file that lacks what it needs is not imported.
         let skin = source.skin.map(|skin| skin.value());
         if let Some(skin) = skin.filter(|skin| *skin < file.root.skins.len()) {
@@ -156,7 +171,7 @@ pub(super) fn import(
     for (node, shape) in skinned {
         scene.instance(&name(file, node), Edge::shape(shape));
     }
-    Ok(())
+    Ok(points.drawn)
 }
 
 /// Where nodes are, and which of them show nothing; a row for each node of the file, filled

@@ -1,70 +1,182 @@
-//! From the typed file to the scene's tables: names become ids, choices are
+//! From the typed files to the scene's tables: names become ids, choices are
 //! checked, transforms are multiplied out.
 //!
-//! Nothing here recurses, and names are looked up in hash maps: a chain of a
-//! million nodes is as good as any other file.
+//! Nothing here recurses but the reading of placed files, to a bounded depth, and names are looked
+//! up in hash maps: a chain of a million nodes is as good as any other file.
 
+use super::files::Files;
+use super::include::{Defined, Unit};
 use super::lower_camera::camera;
 use super::lower_looks::{environment, group, material};
-use super::schema::{self, Named, Triple};
+use super::lower_placement::Placements;
+use super::places::{FilePlaces, Offsets};
+use super::schema::{Named, Triple};
 use super::schema_camera::Cameras;
 use super::source_spans::At;
 use super::tree::{Source, nearest, quoted};
 use super::{
-    lower_csg, lower_light, lower_pattern, lower_shape, lower_shutter, lower_texture, rotate,
+    lower_csg, lower_light, lower_pattern, lower_shape, lower_shutter, lower_texture, lower_views,
 };
-use crate::math::Affine;
-use crate::scene::{
-    Edge, Entity, EntityKind, Interpolation, Key, LightId, Lit, MaterialId, NodeId, SceneBuilder,
-    ShapeId,
-};
+use crate::scene::{EntityKind, LightId, Lit, MaterialId, NodeId, SceneBuilder, ShapeId};
 use crate::{ImportReport, LoadError, LoadOptions};
 use glam::DVec3;
 use std::collections::HashMap;
 
 pub(super) type Result<T> = std::result::Result<T, LoadError>;
 
-/// Byte offsets of entities in the text, a column per kind, in the tables' order.
-#[derive(Debug, Default)]
-pub(super) struct Offsets {
-    instances: Vec<usize>,
-    nodes: Vec<usize>,
-    edges: Vec<usize>,
-    shapes: Vec<usize>,
-    materials: Vec<usize>,
-    lights: Vec<usize>,
-    cameras: Vec<usize>,
-    /// Those of the shapes that they belong to.
-    meshes: Vec<usize>,
-    background: Option<usize>,
-}
-
-impl Offsets {
-    pub(super) fn of(&self, what: &Entity) -> Option<usize> {
-        let column = match what.kind {
-            EntityKind::Instance => &self.instances,
-            EntityKind::Node => &self.nodes,
-            EntityKind::Edge => &self.edges,
-            EntityKind::Shape => &self.shapes,
-            EntityKind::Material => &self.materials,
-            EntityKind::Light => &self.lights,
-            EntityKind::Camera => &self.cameras,
-            EntityKind::Mesh => &self.meshes,
-            EntityKind::Background => return self.background,
-        };
-        column.get(what.row as usize).copied()
-    }
-}
-
+/// Adds a file to the scene: the definitions of all units, and the rest of the last of them, which
+/// is the file itself and includes the others.
 pub(super) fn lower(
-    source: &Source,
-    file: schema::File,
+    mut units: Vec<Unit>,
     options: &LoadOptions,
+    files: &mut Files,
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
-) -> Result<Offsets> {
-    let mut at = Offsets::default();
-    if let Some(background) = file.background {
+) -> Result<()> {
+    let mut at: Vec<Offsets> = units.iter().map(|_| Offsets::default()).collect();
+    let own = units.len() - 1;
+    let cameras = units[own].file.camera.take().unwrap_or_default();
+    if files.is_placing() && units[own].file.environment.take().is_some() {
+        // A sky would add its sun to the lights, which come along.
+        report.add("environment of a placed file");
+    }
+    seen_by(&units[own], cameras, (options, report), scene, &mut at[own])?;
+    let has_textures = |unit: &Unit| {
+        let materials = unit.file.material.iter().flat_map(|all| &all.0);
+        materials
+            .into_iter()
+            .any(|(_, row)| lower_texture::has_textures(row))
+    };
+    let options = &LoadOptions {
+        keeps_uvs: options.keeps_uvs || units.iter().any(has_textures),
+        ..options.clone()
+    };
+
+    let mut materials = HashMap::new();
+    let mut defined = Defined::default();
+    for k in 0..units.len() {
+        let Named(rows) = units[k].file.material.take().unwrap_or_default();
+        let source = units[k].source();
+        let mut images = lower_texture::ImageFiles::new(&source, options, &mut files.images);
+        for (name, row) in rows {
+            defined.check("material", (&units, k), &name)?;
+            let first = scene.tables().materials.len();
+            at[k].note(EntityKind::Material, first..first + 1, name.at);
+            if lower_pattern::is_above_one(&row) {
+                report.repair("base_color with a part above 1", 1);
+            }
+            let id = scene.material(&name.value, material(&source, &row)?);
+            group(&source, &row.group, [Lit::Material(id)], scene)?;
+            lower_texture::textures(&source, &row, id, &mut images, scene)?;
+            materials.insert(name.value, id);
+        }
+    }
+
+    let mut shapes: HashMap<String, ShapeId> = HashMap::new();
+    let mut csg_solids: Vec<Vec<_>> = Vec::with_capacity(units.len());
+    let mut meshes = lower_shape::MeshFiles::new(options, &mut files.images);
+    for k in 0..units.len() {
+        let Named(rows) = units[k].file.shape.take().unwrap_or_default();
+        let source = units[k].source();
+        let mut solids = Vec::new();
+        meshes.enter(&source);
+        for (name, row) in rows {
+            defined.check("shape", (&units, k), &name)?;
+            let before = scene.row_counts();
+            let id = lower_shape::shape(
+                &source,
+                &name,
+                row,
+                (&mut meshes, &materials),
+                scene,
+                report,
+                &mut solids,
+            )?;
+            // A clipped solid is three of them.
+            let after = scene.row_counts();
+            at[k].note(EntityKind::Shape, before.shapes..after.shapes, name.at);
+            at[k].note(EntityKind::Mesh, before.meshes..after.meshes, name.at);
+            shapes.insert(name.value, id);
+        }
+        csg_solids.push(solids);
+    }
+
+    // Every node gets its id before any child is looked up.
+    let mut nodes: HashMap<String, NodeId> = HashMap::new();
+    let first_node = scene.tables().nodes.len() as u32;
+    for (k, unit) in units.iter().enumerate() {
+        for (name, _) in unit.file.node.iter().flat_map(|all| &all.0) {
+            defined.check("node", (&units, k), name)?;
+            let id = scene.declare_node(&name.value);
+            at[k].note(EntityKind::Node, id.index()..id.index() + 1, name.at);
+            nodes.insert(name.value.clone(), id);
+        }
+    }
+    let own_nodes = (first_node..scene.tables().nodes.len() as u32).map(NodeId);
+
+    let mut placements = Placements::new(options, files);
+    let mut edges = Vec::new();
+    for (k, unit) in units.iter().enumerate() {
+        let (source, file) = (unit.source(), &unit.file);
+        let names = Names {
+            source: &source,
+            materials: &materials,
+            shapes: &shapes,
+            nodes: &nodes,
+        };
+        lower_csg::join(&names, &csg_solids[k], scene)?;
+        for (name, node) in file.node.iter().flat_map(|all| &all.0) {
+            edges.clear();
+            let mut ends = Vec::with_capacity(node.children.len());
+            for row in &node.children {
+                placements.edges(&names, row, (scene, report), &mut edges)?;
+                ends.push((edges.len(), row.at));
+            }
+            let first = scene.tables().edges.len();
+            let mut begin = 0;
+            for (end, place) in ends {
+                at[k].note(EntityKind::Edge, first + begin..first + end, place);
+                begin = end;
+            }
+            scene.set_children(nodes[&name.value], &edges);
+        }
+        if k != own {
+            continue;
+        }
+        for row in file.instance.iter().flatten() {
+            edges.clear();
+            placements.edges(&names, row, (scene, report), &mut edges)?;
+            let first = scene.tables().roots.len();
+            at[k].note(EntityKind::Instance, first..first + edges.len(), row.at);
+            for edge in &edges {
+                scene.instance("", *edge);
+            }
+        }
+    }
+    let placed = placements.placed();
+    let source = units[own].source();
+    lower_views::views(&source, own_nodes, &placed, (scene, report), &mut at[own])?;
+    for (unit, at) in units.into_iter().zip(at) {
+        let Unit { path, text, .. } = unit;
+        files.add_places(FilePlaces::Text {
+            path,
+            text,
+            at: Box::new(at),
+        });
+    }
+    Ok(())
+}
+
+/// Adds what a file's own picture is seen by: background, environment, cameras, lights.
+fn seen_by(
+    unit: &Unit,
+    Cameras(Named(cameras)): Cameras,
+    (options, report): (&LoadOptions, &mut ImportReport),
+    scene: &mut SceneBuilder,
+    at: &mut Offsets,
+) -> Result<()> {
+    let (source, file) = (&unit.source(), &unit.file);
+    if let Some(background) = &file.background {
         scene.background(background.value);
         at.background = Some(background.at);
     }
@@ -86,8 +198,7 @@ pub(super) fn lower(
         let all = std::iter::once(Lit::Environment).chain(suns);
         group(source, &row.value.group, all, scene)?;
     }
-    let Cameras(Named(rows)) = file.camera.unwrap_or_default();
-    for (name, row) in &rows {
+    for (name, row) in &cameras {
         let id = scene.camera(&name.value, camera(source, row)?);
         if let Some(motion) = &row.value.motion {
             scene.move_camera(id, &lower_shutter::camera_keys(source, &row.value, motion)?);
@@ -95,7 +206,7 @@ pub(super) fn lower(
         if let Some(shutter) = &row.value.shutter {
             scene.shutter(id, lower_shutter::shutter(source, shutter)?);
         }
-        at.cameras.push(row.at);
+        at.note(EntityKind::Camera, id.0 as usize..id.0 as usize + 1, row.at);
     }
     for row in file.light.iter().flatten() {
         let light = lower_light::light(source, row)?;
@@ -104,85 +215,18 @@ pub(super) fn lower(
             scene.move_light(id, &lower_light::keys(source, light, motion)?);
         }
         group(source, &row.value.group, [Lit::Light(id)], scene)?;
-        at.lights.push(row.at);
+        at.note(EntityKind::Light, id.index()..id.index() + 1, row.at);
     }
-    let Named(rows) = file.material.unwrap_or_default();
-    let mut materials = HashMap::with_capacity(rows.len());
-    let mut images = lower_texture::ImageFiles::new(source, options);
-    let options = &LoadOptions {
-        keeps_uvs: rows.iter().any(|(_, row)| lower_texture::has_textures(row)),
-        ..options.clone()
-    };
-    for (name, row) in rows {
-        at.materials.push(name.at);
-        if lower_pattern::is_above_one(&row) {
-            report.repair("base_color with a part above 1", 1);
-        }
-        let id = scene.material(&name.value, material(source, &row)?);
-        group(source, &row.group, [Lit::Material(id)], scene)?;
-        lower_texture::textures(source, &row, id, &mut images, scene)?;
-        materials.insert(name.value, id);
-    }
-    let Named(rows) = file.shape.unwrap_or_default();
-    let mut shapes: HashMap<String, ShapeId> = HashMap::with_capacity(rows.len());
-    let mut csg_solids = Vec::new();
-    let mut files = lower_shape::MeshFiles::new(source, options, images.into_store());
-    for (name, row) in rows {
-        let id = lower_shape::shape(
-            source,
-            &name,
-            row,
-            (&mut files, &materials),
-            scene,
-            report,
-            &mut csg_solids,
-        )?;
-        // A clipped solid is three of them.
-        at.shapes.resize(scene.tables().shapes.len(), name.at);
-        at.meshes.resize(scene.tables().meshes.len(), name.at);
-        shapes.insert(name.value, id);
-    }
-    let groups = file.node.unwrap_or_default();
-    let nodes = declare(&groups, scene);
-    at.nodes.extend(groups.0.iter().map(|(name, _)| name.at));
-    let names = Names {
-        source,
-        materials,
-        shapes,
-        nodes,
-    };
-    lower_csg::join(&names, &csg_solids, scene)?;
-    let mut edges = Vec::new();
-    for (name, node) in &groups.0 {
-        edges.clear();
-        for row in &node.children {
-            edges.push(edge(&names, row, scene)?);
-            at.edges.push(row.at);
-        }
-        scene.set_children(names.nodes[&name.value], &edges);
-    }
-    for row in file.instance.iter().flatten() {
-        let edge = edge(&names, row, scene)?;
-        scene.instance("", edge);
-        at.instances.push(row.at);
-    }
-    Ok(at)
-}
-
-/// Every node gets its id before any child is looked up.
-fn declare(nodes: &Named<schema::Node>, scene: &mut SceneBuilder) -> HashMap<String, NodeId> {
-    let names = nodes.0.iter().map(|(name, _)| &name.value);
-    names
-        .map(|name| (name.clone(), scene.declare_node(name)))
-        .collect()
+    Ok(())
 }
 
 /// What a name may stand for.
 pub(super) struct Names<'s> {
+    /// The file whose names are looked up.
     pub source: &'s Source<'s>,
-    pub materials: HashMap<String, MaterialId>,
-    pub shapes: HashMap<String, ShapeId>,
-    nodes: HashMap<String, NodeId>,
+    pub materials: &'s HashMap<String, MaterialId>,
+    pub shapes: &'s HashMap<String, ShapeId>,
+    pub nodes: &'s HashMap<String, NodeId>,
 }
 
 pub(super) fn find<I: Copy>(
@@ -212,123 +256,6 @@ pub(super) fn find_at<I: Copy>(
         };
         source.error(at, message)
     })
-}
-
-fn edge(names: &Names, row: &At<schema::Child>, scene: &mut SceneBuilder) -> Result<Edge> {
-    let child = &row.value;
-    let edge = match (&child.shape, &child.node) {
-        (Some(name), None) => Edge::shape(find(names.source, "shape", &names.shapes, name)?),
-        (None, Some(name)) => Edge::node(find(names.source, "node", &names.nodes, name)?),
-        (Some(_), Some(second)) => {
-            let message = "both shape and node are given; an instance or child places one of them";
-            return Err(names.source.error(second.at, message));
-        }
-        (None, None) => {
-            let message = "neither shape nor node is given; name what is placed here";
-            return Err(names.source.error(row.at, message));
-        }
-    };
-    let edge = match &child.material {
-        Some(name) => edge.material(find(names.source, "material", &names.materials, name)?),
-        None => edge,
-    };
-    let local = match &child.transform {
-        Some(steps) => transform(names.source, steps)?,
-        None => Affine::IDENTITY,
-    };
-    let interpolation = match child.interpolation.as_ref().map(|row| row.value) {
-        Some(schema::Interpolation::Rigid) => Interpolation::Rigid,
-        Some(schema::Interpolation::Linear) | None => Interpolation::Linear,
-    };
-    let id = match (&child.motion, &child.interpolation) {
-        (Some(motion), _) => scene.moving_by(interpolation, local, &keys(names.source, motion)?),
-        (None, None) => scene.transform(local),
-        (None, Some(row)) => {
-            let message = "interpolation is how things move between the keys of a motion, and \
-                           there is no motion here; give one, or leave it out";
-            return Err(names.source.error(row.at, message));
-        }
-    };
-    Ok(edge.transform(id))
-}
-
-/// In the order of their times.
-fn keys(source: &Source, motion: &At<Vec<At<schema::Key>>>) -> Result<Vec<Key>> {
-    if motion.value.is_empty() {
-        let message = "motion has no keys; give one, such as { at = 1.0, transform = […] }, \
-                       or leave it out";
-        return Err(source.error(motion.at, message));
-    }
-    let mut keys: Vec<Key> = Vec::with_capacity(motion.value.len());
-    for row in &motion.value {
-        let schema::Key {
-            at,
-            transform: steps,
-        } = &row.value;
-        let (time, last) = (at.value, keys.last().map_or(0.0, |key| key.at));
-        let message = if !(time > 0.0 && time <= 1.0) {
-            format!("at = {time}; it must be above 0, where 'transform' holds, and at most 1")
-        } else if time <= last {
-            format!("at = {time} after {last}; give the keys in the order of their times")
-        } else {
-            let local = transform(source, steps)?;
-            if local.inverse().is_some() {
-                keys.push(Key { at: time, local });
-                continue;
-            }
-            "the transform of this key is singular (a scale of 0, or a matrix that flattens \
-             space); give every axis a size"
-                .into()
-        };
-        let place = if time > last && time <= 1.0 {
-            row.at
-        } else {
-            at.at
-        };
-        return Err(source.error(place, message));
-    }
-    Ok(keys)
-}
-
-/// The product of the steps, the first applied first.
-pub(super) fn transform(source: &Source, steps: &[At<schema::Step>]) -> Result<Affine> {
-    steps.iter().try_fold(Affine::IDENTITY, |before, row| {
-        Ok(step(source, row)?.then_after(&before))
-    })
-}
-
-fn step(source: &Source, row: &At<schema::Step>) -> Result<Affine> {
-    let step = &row.value;
-    let given = [
-        ("translate", step.translate.is_some()),
-        ("rotate_x", step.rotate_x.is_some()),
-        ("rotate_y", step.rotate_y.is_some()),
-        ("rotate_z", step.rotate_z.is_some()),
-        ("rotate", step.rotate.is_some()),
-        ("scale", step.scale.is_some()),
-        ("matrix", step.matrix.is_some()),
-    ];
-    exactly_one(source, row.at, "a transform step", &given)?;
-    if let Some(turn) = &step.rotate {
-        let axis = not_zero(source, "axis", &turn.axis)?;
-        return Ok(rotate::about(axis, turn.degrees));
-    }
-    let turns = [step.rotate_x, step.rotate_y, step.rotate_z];
-    let turn = turns
-        .into_iter()
-        .enumerate()
-        .find_map(|(k, d)| Some((k, d?)));
-    let maps = [
-        step.translate.map(rotate::translation),
-        step.scale.map(|s| rotate::scaling(s.0)),
-        step.matrix.map(rotate::from_rows),
-        turn.map(|(k, degrees)| rotate::about_axis(k, degrees)),
-    ];
-    Ok(maps
-        .into_iter()
-        .flatten()
-        .next()
-        .unwrap_or(Affine::IDENTITY))
 }
 
 /// Of several keys that exclude each other, exactly one must be there.

@@ -1,8 +1,9 @@
 //! Solids made of solids: declared where they stand, joined to their operands when
 //! every name is known.
 
-use super::lower::{Names, find, find_at, transform};
+use super::lower::{Names, find, find_at};
 use super::lower_shape::one;
+use super::lower_transform::transform;
 use super::schema::{self, Operand as Row};
 use super::source_spans::At;
 use super::tree::Source;
@@ -99,7 +100,7 @@ pub(super) fn join(
         }
         scene.set_operands(csg.id, &operands);
         if let Some(name) = &csg.material {
-            let material = find(names.source, "material", &names.materials, name)?;
+            let material = find(names.source, "material", names.materials, name)?;
             scene.set_csg_material(csg.id, material);
         }
     }
@@ -107,7 +108,7 @@ pub(super) fn join(
 }
 
 fn operand(names: &Names, row: &At<Row>, scene: &mut SceneBuilder) -> Result<Operand, LoadError> {
-    let shape = |name: &str, at: usize| find_at(names.source, "shape", &names.shapes, name, at);
+    let shape = |name: &str, at: usize| find_at(names.source, "shape", names.shapes, name, at);
     let placed = match &row.value {
         Row::Name(name) => return shape(name, row.at).map(Operand::shape),
         Row::Placed(placed) => placed,
@@ -117,7 +118,7 @@ fn operand(names: &Names, row: &At<Row>, scene: &mut SceneBuilder) -> Result<Ope
         operand = operand.transform(scene.transform(transform(names.source, steps)?));
     }
     if let Some(name) = &placed.material {
-        operand = operand.material(find(names.source, "material", &names.materials, name)?);
+        operand = operand.material(find(names.source, "material", names.materials, name)?);
     }
     Ok(operand)
 }

@@ -13,21 +13,22 @@ use crate::shared::merge_meshes::{MESH_FORMATS, import_with_materials, names_mes
 use crate::{Folder, ImportReport, LoadError, LoadOptions};
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Runs of triangles and their materials, as a file of the format gives them.
 type Parts = Vec<(u32, Option<MaterialId>)>;
 
 /// The mesh files that are read already, each once: with the mesh of the scene for the file
 /// as it is, and for the file as an open surface.
-pub(super) struct MeshFiles {
+pub(super) struct MeshFiles<'i> {
+    /// The folder of the file whose shapes are read.
     folder: Folder,
     options: LoadOptions,
-    images: ImageStore,
+    images: &'i mut ImageStore,
     known: HashMap<(PathBuf, Option<Parts>), [Option<MeshId>; 2]>,
 }
 
-impl MeshFiles {
+impl MeshFiles<'_> {
     /// Returns the path of a mesh file that there is.
     pub(super) fn path(&self, source: &Source, file: &At<String>) -> Result<PathBuf, LoadError> {
         let path = self.folder.resolve(&file.value).map_err(|e| match e {
@@ -62,16 +63,21 @@ impl MeshFiles {
         report: &mut ImportReport,
     ) -> Result<MeshData, LoadError> {
         let path = self.path(source, file)?;
-        import_with_materials(&path, &self.options, &mut self.images, scene, report)
+        import_with_materials(&path, &self.options, self.images, scene, report)
     }
 
-    pub(super) fn new(source: &Source, options: &LoadOptions, images: ImageStore) -> MeshFiles {
+    pub(super) fn new<'i>(options: &LoadOptions, images: &'i mut ImageStore) -> MeshFiles<'i> {
         MeshFiles {
             images,
-            folder: Folder::new(source.path, options),
+            folder: Folder::new(Path::new(""), options),
             options: options.clone(),
             known: HashMap::new(),
         }
+    }
+
+    /// Goes on to the shapes of another file.
+    pub(super) fn enter(&mut self, source: &Source) {
+        self.folder = Folder::new(source.path, &self.options);
     }
 }
 
@@ -79,7 +85,7 @@ pub(super) fn shape(
     source: &Source,
     name: &At<String>,
     row: schema::Shape,
-    (files, materials): (&mut MeshFiles, &HashMap<String, MaterialId>),
+    (files, materials): (&mut MeshFiles<'_>, &HashMap<String, MaterialId>),
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
     csg_solids: &mut Vec<Declared>,
@@ -258,7 +264,7 @@ fn mesh(
     if let Some(mesh) = known {
         return Ok(scene.mesh_again(name, mesh));
     }
-    let mut data = import_with_materials(&path, &files.options, &mut files.images, scene, report)?;
+    let mut data = import_with_materials(&path, &files.options, files.images, scene, report)?;
     data.open |= open;
     if let Some(parts) = parts {
         data.parts = parts;

@@ -9,23 +9,22 @@ use crate::shared::images::ImageStore;
 use crate::shared::texels::{ImageUse, texture_transform};
 use crate::{Folder, LoadError, LoadOptions};
 
-/// The folder of the scene, and the images read so far.
-pub(super) struct ImageFiles {
+/// The folder of a file, and the images read so far.
+pub(super) struct ImageFiles<'i> {
     folder: Folder,
-    images: ImageStore,
+    images: &'i mut ImageStore,
 }
 
-impl ImageFiles {
-    pub(super) fn new(source: &Source, options: &LoadOptions) -> ImageFiles {
+impl ImageFiles<'_> {
+    pub(super) fn new<'i>(
+        source: &Source,
+        options: &LoadOptions,
+        images: &'i mut ImageStore,
+    ) -> ImageFiles<'i> {
         ImageFiles {
             folder: Folder::new(source.path, options),
-            images: ImageStore::default(),
+            images,
         }
-    }
-
-    /// Hands on the images, which mesh files may have, too.
-    pub(super) fn into_store(self) -> ImageStore {
-        self.images
     }
 }
 

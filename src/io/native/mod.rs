@@ -3,12 +3,14 @@
 //! Both readers turn the text into a tree of values with byte offsets ([`tree`]), serde
 //! turns the tree into the types of [`schema`], and [`lower`] turns names into ids and fills
 //! the builder. Errors are reported as `path:line:column`. The scene's own check refuses
-//! numbers that make no shape (a radius of 0) and names the entity; [`SourceSpans`] knows
-//! its line. docs/SCENE_FORMAT.md describes the format for users; tests/formats/native_bad
+//! numbers that make no shape (a radius of 0) and names the entity; [`Files`] knows its file
+//! and line. docs/SCENE_FORMAT.md describes the format for users; tests/formats/native_bad
 //! holds files that are refused, with their messages.
 
 mod expression;
+mod files;
 mod formula;
+mod include;
 mod lower;
 mod lower_camera;
 mod lower_csg;
@@ -16,11 +18,16 @@ mod lower_deformation;
 mod lower_light;
 mod lower_looks;
 mod lower_pattern;
+mod lower_placement;
 mod lower_polynomial;
 mod lower_shape;
 mod lower_shutter;
 mod lower_texture;
+mod lower_transform;
+mod lower_views;
+mod moved_views;
 mod operations;
+mod places;
 mod polynomial;
 mod read_json;
 mod read_toml;
@@ -29,6 +36,7 @@ mod schema;
 mod schema_camera;
 mod schema_light;
 mod schema_pattern;
+mod schema_placement;
 mod schema_polynomial;
 mod schema_texture;
 mod source_spans;
@@ -36,13 +44,13 @@ mod toml_tables;
 mod tree;
 mod write;
 
-use crate::scene::{Entity, SceneBuilder};
-use crate::shared::{folder, line_column::line_column};
+use crate::scene::SceneBuilder;
 use crate::{ImportReport, LoadError, LoadOptions};
 use serde::Deserialize;
 use std::path::Path;
 use tree::{Kind, Source, Value};
 
+pub(super) use files::Files;
 pub use write::{NativeError, NativeScene, native_scene};
 
 /// The version of the format that is read.
@@ -55,17 +63,24 @@ pub(super) enum Syntax {
     Json,
 }
 
-/// Reads a scene into the builder. Fails, with line and column, for malformed text, unknown
-/// keys and names, values of wrong type or out of range, and mesh files that do not load.
+/// Reads a scene into the builder, with all files that it includes and places. Fails, with line and
+/// column, for malformed text, unknown keys and names, values of wrong type or out of range, and
+/// files that do not load.
 pub(super) fn import(
     path: &Path,
     syntax: Syntax,
     options: &LoadOptions,
+    files: &mut Files,
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
-) -> Result<SourceSpans, LoadError> {
-    let bytes = folder::read_file(path)?;
-    let text = decode(path, &bytes)?;
+) -> Result<(), LoadError> {
+    let units = include::read(path, syntax, options, report)?;
+    lower::lower(units, options, files, scene, report)
+}
+
+/// Parses one file. Returns its text, and what it says.
+fn parse(path: &Path, bytes: &[u8], syntax: Syntax) -> Result<(String, schema::File), LoadError> {
+    let text = decode(path, bytes)?;
     let source = Source { path, text };
     let mut root = match syntax {
         Syntax::Toml => read_toml::read(&source)?,
@@ -75,11 +90,7 @@ pub(super) fn import(
     name_single_camera(&source, &mut root)?;
     let file =
         schema::File::deserialize(root).map_err(|e| source.error(e.at.unwrap_or(0), e.message))?;
-    let at = lower::lower(&source, file, options, scene, report)?;
-    Ok(SourceSpans {
-        text: text.to_string(),
-        at,
-    })
+    Ok((text.to_string(), file))
 }
 
 /// Gives the single camera of a file, written as `[camera]`, an empty name, as cameras by name
@@ -112,21 +123,6 @@ fn name_single_camera(source: &Source, root: &mut Value) -> Result<(), LoadError
             Ok(())
         }
         _ => Ok(()),
-    }
-}
-
-/// The places of a scene's entities in its file, for errors of the scene's own check.
-pub(super) struct SourceSpans {
-    text: String,
-    at: lower::Offsets,
-}
-
-impl SourceSpans {
-    /// Returns line and column of an entity, both from 1; `None` if it has no place.
-    pub(super) fn line_column(&self, what: &Entity) -> Option<(u32, u32)> {
-        let at = self.at.of(what)?;
-        let (line, column) = line_column(self.text.as_bytes(), at);
-        Some((line.try_into().ok()?, column.try_into().ok()?))
     }
 }
 

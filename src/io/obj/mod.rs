@@ -7,10 +7,12 @@
 //! Polygons become triangles in file order: fans about their first corner where that is
 //! right, or else what `triangulate` makes. Corners with equal indices
 //! share a vertex. Texture coordinates are used where a material has an image; weights,
-//! groups and smoothing are not read; vertex colours, points, lines, and free-form curves and
-//! surfaces are counted in the import report. Keywords may be in capitals. A position that is
+//! groups and smoothing are not read; points and lines are where they are wanted (`elements`).
+//! Otherwise they are counted in the import report, as are free-form curves and surfaces, and
+//! vertex colours of faces. Keywords may be in capitals. A position that is
 //! not finite is an error only if a face uses it, and such a normal is replaced.
 
+mod elements;
 mod maps;
 mod mtl;
 
@@ -20,9 +22,11 @@ use crate::shared::images::ImageStore;
 use crate::shared::mesh_cleanup::repair_normals;
 use crate::shared::mesh_file::MeshFile;
 use crate::shared::messages::one_line;
+use crate::shared::points::{Code, add_points, code_of};
 use crate::shared::text::{decode, lines, number};
 use crate::shared::triangulate::Triangulator;
 use crate::{Folder, ImportReport, LoadError, LoadOptions, add_mesh_instance};
+use elements::Element;
 use glam::DVec3;
 use maps::MtlMaterial;
 use std::borrow::Cow;
@@ -37,9 +41,10 @@ pub(super) fn import(
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
 ) -> Result<(), LoadError> {
-    let mesh = read(path, options, images, report)?.add_materials(scene);
+    let file = read(path, options, images, report)?;
+    let (mesh, points) = file.add_with_points(scene);
     add_mesh_instance(scene, &mesh);
-    Ok(())
+    add_points(path, &points, options, scene, report)
 }
 
 /// A corner of a face: indices of the file's positions, normals and texture coordinates.
@@ -57,6 +62,10 @@ struct Lines {
     corners: Vec<Corner>,
     /// For each face the end of its corners, its line, and its index into `material_names`.
     faces: Vec<(usize, usize, Option<usize>)>,
+    /// Points and lines, if they are wanted.
+    elements: Vec<Element>,
+    /// Colours of positions, if points are wanted; sRGB.
+    colors: HashMap<u32, Code>,
     material_names: Vec<String>,
     libraries: Vec<String>,
 }
@@ -71,7 +80,7 @@ pub(super) fn read(
 ) -> Result<MeshFile, LoadError> {
     let bytes = read_file(path)?;
     let text = decode(path, &bytes)?;
-    let lines = scan(path, &text, report)?;
+    let lines = scan(path, &text, options.point_radius.is_some(), report)?;
     let folder = Folder::new(path, options);
     let materials = libraries(&folder, &lines.libraries, report)?;
     let keeps_uvs = options.keeps_uvs;
@@ -116,7 +125,12 @@ pub(super) fn syntax(path: &Path, line: (usize, &str), word: &str, message: Stri
 }
 
 /// Reads the statements of a file.
-fn scan(path: &Path, text: &str, report: &mut ImportReport) -> Result<Lines, LoadError> {
+fn scan(
+    path: &Path,
+    text: &str,
+    wants_points: bool,
+    report: &mut ImportReport,
+) -> Result<Lines, LoadError> {
     let mut all = Lines::default();
     let mut rows: HashMap<String, usize> = HashMap::new();
     let mut material = None;
@@ -136,7 +150,13 @@ fn scan(path: &Path, text: &str, report: &mut ImportReport) -> Result<Lines, Loa
                 }
                 all.positions.push(position);
                 // Three numbers after the position are a colour, and one is a weight.
-                colored += usize::from(words.count() >= 3);
+                let color: Vec<&str> = words.collect();
+                colored += usize::from(color.len() >= 3);
+                if wants_points && let [r, g, b, ..] = color[..] {
+                    let number = |word: &str| word.parse().unwrap_or(0.0);
+                    let row = all.positions.len() as u32 - 1;
+                    all.colors.insert(row, code_of([r, g, b].map(number)));
+                }
             }
             "vn" => all.normals.push(triple(path, line, key, &mut words)?.0),
             "vt" => all.uvs.push(texture(path, line, words)?),
@@ -163,12 +183,22 @@ fn scan(path: &Path, text: &str, report: &mut ImportReport) -> Result<Lines, Loa
                 material = Some(row);
             }
             "mtllib" => all.libraries.push(rest().into()),
-            "p" | "l" => report.add("point or line element"),
+            "p" | "l" if wants_points => {
+                let rows = words.map(|word| Ok(corner(path, line, word, &all)?.0));
+                all.elements.push(Element {
+                    rows: rows.collect::<Result<_, LoadError>>()?,
+                    is_line: keyword(key) == "l",
+                    line: number,
+                    material,
+                });
+            }
+            "p" | "l" => report.add("point or line element (see --point-radius)"),
             "curv" | "curv2" | "surf" => report.add("free-form element"),
             _ => {}
         }
     }
-    report.add_many("vertex colour set", usize::from(colored > 0));
+    let are_drawn = wants_points && all.faces.is_empty();
+    report.add_many("vertex colour set", usize::from(colored > 0 && !are_drawn));
     Ok(all)
 }
 
@@ -398,11 +428,7 @@ fn join(
                     path: path.into(),
                     line: *line,
                     column: 1,
-                    message: format!(
-                        "there is no vertex {}: the file has {}",
-                        u64::from(position) + 1,
-                        lines.positions.len()
-                    ),
+                    message: no_vertex(position, lines.positions.len()),
                 });
             };
             if let Some(wrong) = lines.not_finite.remove(&position) {
@@ -434,9 +460,23 @@ fn join(
         });
     }
     triangulator.tell(report);
+    file.points = elements::points(path, &lines, |material| {
+        match material.map(|m| faces_of[m]) {
+            Some(Faces::Made(row)) => Some(row),
+            _ => None,
+        }
+    })?;
     report.repair("unused vertex that is not finite", lines.not_finite.len());
     report.add_many("unusable normal", repair_normals(&mut file.mesh));
     Ok(file)
+}
+
+/// Says that a file does not have a vertex.
+fn no_vertex(row: u32, count: usize) -> String {
+    format!(
+        "there is no vertex {}: the file has {count}",
+        u64::from(row) + 1
+    )
 }
 
 /// How faces of a material are read.

@@ -3,8 +3,9 @@
 //! Three elements are read, with any number types: `vertex` (x y z, and nx ny nz if all three
 //! exist), `face` and `tristrips` (`vertex_indices` or `vertex_index`). Faces of more than
 //! three corners are split by `triangulate`, those of fewer are counted; a strip begins anew
-//! after a negative number. Colours of faces, in sRGB, become materials; those of vertices,
-//! and all other elements, are counted.
+//! after a negative number. Colours of faces, in sRGB, become materials, and so do those of
+//! vertices that are drawn as points; all other elements, and colours of vertices of faces, are
+//! counted.
 //!
 //! `header` parses the header and `rows` the rows of an element. The crate ply-rs-bw is not
 //! used: it takes a line of text for a row, refuses tabs, blank lines and line ends of old
@@ -18,6 +19,7 @@ use crate::scene::Material;
 use crate::shared::mesh_cleanup::{compact, repair_normals};
 use crate::shared::mesh_file::MeshFile;
 use crate::shared::messages::one_line;
+use crate::shared::points::{Code, Points, code_of};
 use crate::shared::srgb::linear_from_srgb;
 use crate::shared::text::{decode, is_wide};
 use crate::shared::triangulate::Triangulator;
@@ -28,14 +30,18 @@ use rows::{Binary, Rows, Words};
 use std::collections::HashMap;
 use std::path::Path;
 
-/// Reads a PLY file as one mesh. Fails for malformed files, and for faces with vertices that
-/// do not exist or are not finite.
-pub(super) fn read(path: &Path, report: &mut ImportReport) -> Result<MeshFile, LoadError> {
+/// Reads a PLY file as one mesh, or as points if they are wanted and there are no triangles. Fails
+/// for malformed files, and for faces with vertices that do not exist or are not finite.
+pub(super) fn read(
+    path: &Path,
+    wants_points: bool,
+    report: &mut ImportReport,
+) -> Result<MeshFile, LoadError> {
     let mut bytes = crate::shared::folder::read_file(path)?;
     if is_wide(&bytes, *b"pl") {
         bytes = decode(path, &bytes)?.into_owned().into_bytes();
     }
-    parse(&bytes, report).map_err(|wrong| LoadError::in_mesh_file(path, "PLY", wrong))
+    parse(&bytes, wants_points, report).map_err(|wrong| LoadError::in_mesh_file(path, "PLY", wrong))
 }
 
 /// The line of an error, if it is known, and the message.
@@ -50,6 +56,8 @@ struct Content {
     positions: Vec<[f64; 3]>,
     /// None, or one for each vertex.
     normals: Vec<[f32; 3]>,
+    /// None, or one for each vertex.
+    vertex_colors: Vec<Code>,
     /// Corners of all faces, and for each face the end of its corners.
     corners: Vec<i64>,
     ends: Vec<usize>,
@@ -61,7 +69,7 @@ struct Content {
 }
 
 /// Parses a file in memory.
-fn parse(bytes: &[u8], report: &mut ImportReport) -> Result<MeshFile, Wrong> {
+fn parse(bytes: &[u8], wants_points: bool, report: &mut ImportReport) -> Result<MeshFile, Wrong> {
     let bytes = crate::shared::text::without_mark(bytes);
     let (header, body) = header::parse(bytes)?;
     check_counts(&header, body.len())?;
@@ -77,17 +85,18 @@ fn parse(bytes: &[u8], report: &mut ImportReport) -> Result<MeshFile, Wrong> {
         }
         Encoding::Binary { big_endian } => content(&header, &mut Binary::new(body, big_endian))?,
     };
-    left_out(&header, report);
-    mesh(content, report)
+    let file = mesh(content, wants_points, report)?;
+    left_out(&header, !file.points.is_empty(), report);
+    Ok(file)
 }
 
 /// Counts the elements and properties that are not read.
-fn left_out(header: &Header, report: &mut ImportReport) {
+fn left_out(header: &Header, draws_colors: bool, report: &mut ImportReport) {
     for element in &header.elements {
         let has = |name: &str| element.property(name).is_some();
         match &*element.name {
             "vertex" => {
-                let colored = ["red", "diffuse_red"].into_iter().any(has);
+                let colored = ["red", "diffuse_red"].into_iter().any(has) && !draws_colors;
                 report.add_many("vertex colour set", usize::from(colored));
             }
             "face" | "tristrips" => {}
@@ -184,13 +193,23 @@ fn vertices(element: &Element, rows: &mut impl Rows, content: &mut Content) -> R
         return Err(unsupported(&list.name));
     }
     let smooth = NAMES.iter().all(|name| element.property(name).is_some());
+    let channels = channels(element);
     for _ in 0..element.count {
         let mut values = [0.0; 6];
+        let mut color = [0.0; 3];
         row(element, rows, |i, value| {
-            if let (Some(slot), Value::Number(x)) = (slots[i], value) {
-                values[slot] = x;
+            if let (Some(slot), Value::Number(x)) = (slots[i], &value) {
+                values[slot] = *x;
+            }
+            if let (Some(channels), Value::Number(x)) = (channels, &value)
+                && let Some(k) = channels.iter().position(|slot| *slot == Some(i))
+            {
+                color[k] = element.properties[i].kind.fraction(*x);
             }
         })?;
+        if channels.is_some() {
+            content.vertex_colors.push(code_of(color));
+        }
         let [x, y, z, nx, ny, nz] = values;
         content.positions.push([x, y, z]);
         if smooth {
@@ -202,14 +221,7 @@ fn vertices(element: &Element, rows: &mut impl Rows, content: &mut Content) -> R
 
 fn faces(element: &Element, rows: &mut impl Rows, content: &mut Content) -> Result<(), Wrong> {
     let corners = corner_list(element, "faces")?;
-    let slot = |names: [&str; 3]| names.map(|name| element.property(name));
-    let channels = [
-        slot(["red", "green", "blue"]),
-        slot(["diffuse_red", "diffuse_green", "diffuse_blue"]),
-        slot(["r", "g", "b"]),
-    ];
-    let is_number = |i: &Option<usize>| i.is_some_and(|i| element.properties[i].count.is_none());
-    let channels = channels.into_iter().find(|all| all.iter().all(is_number));
+    let channels = channels(element);
     for _ in 0..element.count {
         let mut color = [0.0; 3];
         let list = &mut content.corners;
@@ -232,6 +244,18 @@ fn faces(element: &Element, rows: &mut impl Rows, content: &mut Content) -> Resu
         }
     }
     Ok(())
+}
+
+/// The properties of an element that are a colour, if it has one.
+fn channels(element: &Element) -> Option<[Option<usize>; 3]> {
+    let slot = |names: [&str; 3]| names.map(|name| element.property(name));
+    let channels = [
+        slot(["red", "green", "blue"]),
+        slot(["diffuse_red", "diffuse_green", "diffuse_blue"]),
+        slot(["r", "g", "b"]),
+    ];
+    let is_number = |i: &Option<usize>| i.is_some_and(|i| element.properties[i].count.is_none());
+    channels.into_iter().find(|all| all.iter().all(is_number))
 }
 
 /// The index of the list of corners.
@@ -261,7 +285,11 @@ fn unsupported(name: &str) -> Wrong {
 }
 
 /// Joins vertices and faces into a mesh, and cleans it up.
-fn mesh(content: Content, report: &mut ImportReport) -> Result<MeshFile, Wrong> {
+fn mesh(
+    content: Content,
+    wants_points: bool,
+    report: &mut ImportReport,
+) -> Result<MeshFile, Wrong> {
     let mut file = MeshFile::default();
     let count = content.positions.len();
     let at = |v: u32| DVec3::from_array(content.positions[v as usize]);
@@ -322,7 +350,16 @@ fn mesh(content: Content, report: &mut ImportReport) -> Result<MeshFile, Wrong> 
         return Err((None, "it has more triangles than u32 can count".into()));
     }
     if file.mesh.triangles.is_empty() {
-        report.add_many("loose point", count);
+        if wants_points {
+            let points = Points {
+                positions: content.positions,
+                colors: content.vertex_colors.into_iter().map(Some).collect(),
+                segments: Vec::new(),
+            };
+            file.points.push((None, points));
+            return Ok(file);
+        }
+        report.add_many("loose point (see --point-radius)", count);
     }
     triangulator.tell(report);
     let lost = content.positions.iter();

@@ -49,7 +49,7 @@ fn square(format: &str) -> Vec<u8> {
 fn one_square_in_three_encodings() {
     for format in ["ascii", "binary_little_endian", "binary_big_endian"] {
         let mut report = ImportReport::default();
-        let mesh = parse(&square(format), &mut report).unwrap().mesh;
+        let mesh = parse(&square(format), false, &mut report).unwrap().mesh;
         assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]], "{format}");
         assert_eq!(mesh.positions[2], [1.0, 1.0, -2.0]);
         assert_eq!(mesh.normals, [[0.0, 0.0, 1.0]; 4]);
@@ -69,7 +69,7 @@ fn every_truncation_is_an_error_not_a_panic() {
         // An ASCII file is complete without its last line break.
         for end in 0..whole.len() - 1 {
             let mut report = ImportReport::default();
-            let cut = parse(&whole[..end], &mut report);
+            let cut = parse(&whole[..end], false, &mut report);
             let message = cut.err().map(|e| e.1).unwrap_or_default();
             assert!(
                 !message.is_empty() && !message.contains('\n'),
@@ -173,7 +173,7 @@ fn wrong_files_are_refused() {
             "unsupported",
         ),
     ] {
-        let message = parse(text.as_bytes(), &mut ImportReport::default())
+        let message = parse(text.as_bytes(), false, &mut ImportReport::default())
             .unwrap_err()
             .1;
         assert!(message.contains(says), "{text}: {message}");

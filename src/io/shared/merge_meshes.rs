@@ -59,6 +59,11 @@ pub fn import_with_materials(
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
 ) -> Result<MeshData, LoadError> {
+    // A mesh has triangles only.
+    let options = &LoadOptions {
+        point_radius: None,
+        ..options.clone()
+    };
     match &*crate::extension(path) {
         "gltf" | "glb" => {
             let mut own = SceneBuilder::default();
@@ -72,7 +77,7 @@ pub fn import_with_materials(
             Ok(bake(path, &own)?.add_materials(scene))
         }
         "obj" => obj::read(path, options, images, report).map(|file| file.add_materials(scene)),
-        "ply" => ply::read(path, report).map(|file| file.add_materials(scene)),
+        "ply" => ply::read(path, false, report).map(|file| file.add_materials(scene)),
         "stl" => stl::read(path, report),
         _ => Err(LoadError::Unsupported {
             path: path.into(),

@@ -2,6 +2,7 @@
 
 use crate::scene::{Image, ImageId, Material, MeshData, SceneBuilder, Slot, TextureRef, Texturing};
 use crate::shared::messages::one_line;
+use crate::shared::points::{Drawn, Points};
 use std::sync::Arc;
 
 /// How a material varies: its index, and references by index to the file's images.
@@ -17,6 +18,8 @@ pub struct MeshFile {
     pub textures: Vec<MaterialTextures>,
     /// The first triangle of each part and its index into `materials`, in ascending order.
     pub parts: Vec<(u32, Option<usize>)>,
+    /// Points and lines, where they are wanted, and the index of their material.
+    pub points: Vec<(Option<usize>, Points)>,
 }
 
 impl MeshFile {
@@ -30,6 +33,12 @@ impl MeshFile {
 
     /// Adds the materials to a scene, and returns the mesh with its parts.
     pub fn add_materials(self, scene: &mut SceneBuilder) -> MeshData {
+        self.add_with_points(scene).0
+    }
+
+    /// Adds the materials to a scene, and returns the mesh with its parts, and its points by
+    /// material.
+    pub fn add_with_points(self, scene: &mut SceneBuilder) -> (MeshData, Vec<Drawn>) {
         let mut ids = Vec::with_capacity(self.materials.len());
         for (name, material) in &self.materials {
             ids.push(scene.material(&one_line(name), *material));
@@ -47,6 +56,8 @@ impl MeshFile {
         mesh.parts = parts
             .map(|(first, m)| (*first, m.map(|m| ids[m])))
             .collect();
-        mesh
+        let points = self.points.into_iter();
+        let points = points.map(|(m, points)| (m.map(|m| ids[m]), points));
+        (mesh, points.collect())
     }
 }

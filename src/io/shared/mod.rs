@@ -17,6 +17,7 @@ pub mod mesh_file;
 pub mod messages;
 pub mod outputs;
 pub mod picture;
+pub mod points;
 pub mod rational;
 pub mod srgb;
 pub mod texels;

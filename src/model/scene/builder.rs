@@ -1,5 +1,7 @@
 //! The builder of scenes, which fills the tables row by row.
 
+mod placed_file;
+
 use super::check::check;
 use super::*;
 use crate::csg::Operator;
@@ -11,6 +13,8 @@ use crate::roots::Solver;
 use glam::DVec3;
 use std::collections::HashMap;
 use std::sync::Arc;
+
+pub use placed_file::{RowCounts, Surroundings};
 
 /// Builds a [`Scene`]. Functions that add a row return its id; names may be empty. Nothing is
 /// checked before [`finish`](SceneBuilder::finish).

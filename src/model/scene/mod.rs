@@ -50,7 +50,7 @@ mod watertight;
 
 pub use crate::csg::Operator;
 pub use crate::geom::face::{Face, FaceKey};
-pub use builder::SceneBuilder;
+pub use builder::{RowCounts, SceneBuilder, Surroundings};
 pub use builtin::builtin;
 pub use camera_motion::{CameraKey, CameraMotions};
 pub use cameras::{Calibration, Camera, Cameras, FisheyeMapping, Lens, Projection, UnknownCamera};

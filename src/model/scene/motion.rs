@@ -114,7 +114,12 @@ impl Motions {
     /// Lists every transform that moves, with its matrix at a time.
     pub fn at(&self, time: f64) -> impl Iterator<Item = (TransformId, Affine)> {
         let rows = self.of.iter().enumerate();
-        rows.map(move |(row, of)| (*of, between(self.keys(row), self.poses(row), time)))
+        rows.map(move |(row, of)| (*of, self.row_at(row, time)))
+    }
+
+    /// Returns the matrix of a row of this table at a time.
+    pub fn row_at(&self, row: usize, time: f64) -> Affine {
+        between(self.keys(row), self.poses(row), time)
     }
 
     /// Returns a time between a row's keys at which its matrix is singular to within rounding.

@@ -19,6 +19,18 @@ impl Names {
         self.of_row.get(&row).map(|name| &**name)
     }
 
+    /// Puts a prefix before the names of all rows from `first` on.
+    pub(super) fn prefix(&mut self, first: u32, prefix: &str) {
+        for (_, name) in self.of_row.range_mut(first..) {
+            *name = format!("{prefix}{name}").into();
+        }
+    }
+
+    /// Lists the rows that have a name, and the names.
+    pub fn iter(&self) -> impl Iterator<Item = (u32, &str)> {
+        self.of_row.iter().map(|(row, name)| (*row, &**name))
+    }
+
     /// Returns the name in quotes, or the row's number, for messages.
     pub fn label(&self, row: u32) -> String {
         match self.get(row) {

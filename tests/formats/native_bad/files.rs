@@ -76,7 +76,7 @@ fn json() {
     check(
         "scene.json",
         instance("\"shape\": null").as_bytes(),
-        &["scene.json:2:14: neither shape nor node"],
+        &["scene.json:2:14: none of shape, node and scene"],
     );
     check(
         "scene.json",

@@ -257,7 +257,7 @@ fn names_and_choices() {
         ),
         (
             child("material = 'gold'"),
-            &["scene.toml:3:13: neither shape nor node is given"],
+            &["scene.toml:3:13: none of shape, node and scene is given"],
         ),
         (child("node = 'a'"), &["nodes form a cycle: 'a' → 'a'"]),
         (

@@ -45,6 +45,7 @@ mod rays;
 mod scad;
 mod shared;
 mod stl;
+mod threemf;
 
 pub use animated::Animated;
 pub use channels::{Channel, ChannelPicture, Encoding, read_channels};
@@ -101,7 +102,7 @@ pub struct LoadOptions {
 }
 
 /// Reads, checks and completes a scene file: `.toml`, `.json`, `.gltf`, `.glb`,
-/// `.nff`, `.csg`, `.scad`, `.obj`, `.ply`, `.stl`.
+/// `.nff`, `.csg`, `.scad`, `.obj`, `.ply`, `.stl`, `.3mf`.
 ///
 /// Fails if a file cannot be read, is malformed, uses what is not supported or names a file
 /// that [`LoadOptions`] excludes, and if the scene fails its own check.
@@ -160,6 +161,7 @@ fn import(
         "scad" => scad::import_program(path, options, scene, report),
         "gltf" | "glb" => gltf::import(path, options, images, scene, report),
         "obj" => obj::import(path, options, images, scene, report),
+        "3mf" => threemf::import(path, options, images, scene, report),
         "ply" => ply::read(path, report).map(|file| {
             let mesh = file.add_materials(scene);
             add_mesh_instance(scene, &mesh);

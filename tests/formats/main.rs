@@ -17,3 +17,4 @@ mod polynomials;
 mod pov;
 mod scad;
 mod scene_checks;
+mod threemf;

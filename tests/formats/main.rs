@@ -10,6 +10,8 @@ mod found_gltf;
 mod found_meshes;
 mod io_bad;
 mod limits;
+mod meshopt;
+mod mutated;
 mod native;
 mod native_bad;
 mod nff;

@@ -15,7 +15,7 @@ pub enum LoadError {
         source: std::io::Error,
     },
     #[error(
-        "{}: {}; known are .toml .json .gltf .glb .nff .csg .scad .obj .ply .stl",
+        "{}: {}; known are .toml .json .gltf .glb .nff .csg .scad .obj .ply .stl .3mf",
         path.display(),
         unknown("scene", extension)
     )]

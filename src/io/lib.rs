@@ -46,6 +46,7 @@ mod scad;
 mod section;
 mod shared;
 mod stl;
+mod threemf;
 
 pub use animated::Animated;
 pub use channels::{Channel, ChannelPicture, Encoding, read_channels};
@@ -109,7 +110,7 @@ pub struct LoadOptions {
 }
 
 /// Reads, checks and completes a scene file: `.toml`, `.json`, `.gltf`, `.glb`,
-/// `.nff`, `.csg`, `.scad`, `.obj`, `.ply`, `.stl`.
+/// `.nff`, `.csg`, `.scad`, `.obj`, `.ply`, `.stl`, `.3mf`.
 ///
 /// Fails if a file cannot be read, is malformed, uses what is not supported or names a file
 /// that [`LoadOptions`] excludes, and if the scene fails its own check.
@@ -169,6 +170,7 @@ fn import(
         "scad" => scad::import_program(path, options, scene, report),
         "gltf" | "glb" => gltf::import(path, options, &mut files.images, scene, report),
         "obj" => obj::import(path, options, &mut files.images, scene, report),
+        "3mf" => threemf::import(path, options, &mut files.images, scene, report),
         "ply" => {
             let file = ply::read(path, options.point_radius.is_some(), report)?;
             let (mesh, points) = file.add_with_points(scene);

@@ -17,7 +17,7 @@ use std::path::PathBuf;
                             lanecast bench [OPTIONS] --mesh <FILE> --rays <FILE>\n       \
                             lanecast bench [OPTIONS] --growth <MIN:MAX>")]
 pub struct BenchArgs {
-    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply or .stl; or --mesh and --rays, or --growth
+    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf; or --mesh and --rays, or --growth
     #[arg(required_unless_present_any = ["mesh", "rays", "growth"])]
     pub scene: Option<PathBuf>,
     /// Write the scene's triangles and rays as .msh and .rays files

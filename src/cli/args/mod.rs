@@ -51,7 +51,7 @@ use values::{
 
 #[derive(Args)]
 pub struct RenderArgs {
-    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply or .stl; without it, the built-in scene
+    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf; without it, the built-in scene
     pub scene: Option<PathBuf>,
     /// .png, .jpg, .hdr or .exr; with --samples .sums [default: the scene's name with .png or
     /// .sums, in the current folder]
@@ -111,7 +111,7 @@ pub struct MergeArgs {
                   The time of a ray is the least of at least two runs after one that is not timed."
 )]
 pub struct VerifyArgs {
-    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply or .stl
+    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf
     pub scene: PathBuf,
     /// Fail only if a mode has more wrong answers than this [default: 0; fast may have
     /// any number]
@@ -151,7 +151,7 @@ pub struct VerifyArgs {
 
 #[derive(Args)]
 pub struct PlanArgs {
-    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply or .stl; without it, the built-in scene
+    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf; without it, the built-in scene
     pub scene: Option<PathBuf>,
     #[command(flatten)]
     pub build: BuildArgs,
@@ -189,7 +189,7 @@ pub struct ExtremesArgs {
 
 #[derive(Args)]
 pub struct ProbeArgs {
-    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply or .stl
+    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf
     pub scene: PathBuf,
     /// Origin of the ray
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = parse_offset)]
@@ -206,7 +206,7 @@ pub struct ProbeArgs {
 
 #[derive(Args)]
 pub struct MeasureArgs {
-    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply or .stl
+    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf
     pub scene: PathBuf,
     /// Print one line per instanced shape, in its own space, instead of one per root
     #[arg(long)]
@@ -270,7 +270,7 @@ pub struct RootsArgs {
 
 #[derive(Args)]
 pub struct ConvertArgs {
-    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply or .stl
+    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf
     pub scene: PathBuf,
     /// .toml or .json; meshes go beside it, into the folder NAME_meshes
     pub out: PathBuf,
@@ -286,7 +286,7 @@ impl ConvertArgs {
 
 #[derive(Args)]
 pub struct ExportArgs {
-    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply or .stl
+    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf
     pub scene: PathBuf,
     /// Write a scene description for POV-Ray 3.7; - is standard output
     #[arg(long, value_name = "FILE", required_unless_present = "mitsuba", value_parser = Sink::parse)]

@@ -335,6 +335,9 @@ fn bytes_of<'f>(
         let all = file.root.buffer_views.len();
         wrong(format!("refers to bufferView {id}, but there are {all}"))
     })?;
+    if let Some(Some(decoded)) = file.decoded.get(id) {
+        return Ok((view, decoded));
+    }
     let buffer = view.buffer.value();
     let bytes = file.buffers.get(buffer).ok_or_else(|| {
         wrong(format!(

@@ -4,6 +4,7 @@
 //! without any source is allowed, because extensions use it; it is an error only when
 //! something reads it.
 
+use super::meshopt;
 use crate::shared::messages::one_line;
 use crate::{Folder, LoadError};
 use gltf::json::Root;
@@ -31,6 +32,10 @@ impl<'a> Buffers<'a> {
         let mut buffers = Buffers::default();
         let mut files: HashMap<PathBuf, usize> = HashMap::new();
         for (i, buffer) in root.buffers.iter().enumerate() {
+            if meshopt::is_fallback(buffer) {
+                buffers.stored.push(None);
+                continue;
+            }
             let wrong = |message: String| LoadError::Invalid {
                 path: path.into(),
                 place: format!("buffer {i}"),

@@ -19,8 +19,9 @@ use std::path::Path;
 
 /// Extensions that are imported, or concern only textures, which are counted where they are
 /// not.
-const KNOWN_EXTENSIONS: [&str; 20] = [
+const KNOWN_EXTENSIONS: [&str; 22] = [
     "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
     "KHR_node_visibility",
     "KHR_lights_punctual",
     "KHR_materials_anisotropy",
@@ -37,6 +38,7 @@ const KNOWN_EXTENSIONS: [&str; 20] = [
     "KHR_materials_variants",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
     "KHR_texture_transform",
     "KHR_texture_basisu",
     "EXT_texture_webp",

@@ -5,7 +5,7 @@
 //! after the other, and the triangles of each in the order of its mode. Morph targets and skins are
 //! applied: in the pose that the file has, or at the times of an animation.
 //!
-//! `container` parses, `buffers` and `accessor` check every length and range, `mesh`, `morph`,
+//! `container` parses, `buffers` and `accessor` check every length and range, `meshopt` decodes views, `mesh`, `morph`,
 //! `skin`, `material`, `camera` and `light` fill rows, `placement` reads transforms, `animation`
 //! reads curves, of which `motion` makes keys, `nodes` walks the graph. Specification: Khronos
 //! glTF 2.0.1.
@@ -20,6 +20,7 @@ mod light;
 mod material;
 mod mesh;
 mod meshes;
+mod meshopt;
 mod morph;
 mod motion;
 mod nodes;
@@ -50,6 +51,8 @@ struct File<'a> {
     root: Root,
     sources: texture::Sources,
     buffers: Buffers<'a>,
+    /// The views that are compressed, decoded; a row for each view, or none at all.
+    decoded: Vec<Option<Vec<u8>>>,
     /// Whether the first set of texture coordinates is read in any case.
     keeps_uvs: bool,
     /// Whether points and lines are drawn.
@@ -121,6 +124,7 @@ pub(super) fn import(
     } = container::parse(path, chunks.json.as_bytes())?;
     let folder = Folder::new(path, options);
     let buffers = Buffers::read(path, &root, chunks.bin, &folder)?;
+    let decoded = meshopt::decoded(path, &root, &buffers)?;
     let variant = variant::pick(path, &root, options.variant.as_deref())?;
     let size = bytes.len() as u64 + buffers.total();
     let file = File {
@@ -131,6 +135,7 @@ pub(super) fn import(
         wants_points: options.point_radius.is_some(),
         variant,
         buffers,
+        decoded,
         budget: Cell::new(FREE_ELEMENTS + 4 * size),
     };
     for (what, count) in unread {

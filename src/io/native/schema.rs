@@ -195,7 +195,7 @@ pub struct Shape {
     /// The solid where a function of x, y and z is 0 or less, as an expression such as
     /// "x^2 + y^2 - a*z" or "sin(x)*cos(y) + z". Polynomials have degree 24 at most.
     pub implicit: Option<At<String>>,
-    /// A mesh file (.obj, .ply, .stl, .gltf, .glb), relative to this file.
+    /// A mesh file (.obj, .ply, .stl, .3mf, .gltf, .glb), relative to this file.
     pub mesh: Option<At<String>>,
     /// Of a mesh: materials of runs of triangles, in place of the file's own.
     pub parts: Option<At<Vec<At<MeshPart>>>>,

@@ -10,7 +10,7 @@ use crate::scene::{
 use crate::shared::images::ImageStore;
 use crate::shared::mesh_cleanup::unit;
 use crate::shared::mesh_file::MeshFile;
-use crate::{ImportReport, LoadError, LoadOptions, gltf, obj, ply, stl};
+use crate::{ImportReport, LoadError, LoadOptions, gltf, obj, ply, stl, threemf};
 use glam::{DMat3, DVec3};
 use std::collections::HashMap;
 use std::path::Path;
@@ -20,7 +20,7 @@ use std::path::Path;
 const MOST_REPEATED: u64 = 1 << 24;
 
 /// Extensions of the files that a mesh can be read from, as messages list them.
-pub const MESH_FORMATS: &str = ".obj .ply .stl .gltf .glb";
+pub const MESH_FORMATS: &str = ".obj .ply .stl .3mf .gltf .glb";
 
 /// Whether a file name has one of the extensions [`MESH_FORMATS`].
 pub fn names_mesh(path: &Path) -> bool {
@@ -46,7 +46,7 @@ pub fn import_mesh(
     })
 }
 
-/// Reads a `.gltf`, `.glb`, `.obj`, `.ply` or `.stl` file and merges all its triangles,
+/// Reads a `.gltf`, `.glb`, `.3mf`, `.obj`, `.ply` or `.stl` file and merges all its triangles,
 /// transformed to world space in f64, into one mesh, whose materials are added to `scene`.
 ///
 /// The triangles of mirrored instances are reversed, so that the outside stays outside.
@@ -65,9 +65,12 @@ pub fn import_with_materials(
         ..options.clone()
     };
     match &*crate::extension(path) {
-        "gltf" | "glb" => {
+        graph @ ("gltf" | "glb" | "3mf") => {
             let mut own = SceneBuilder::default();
-            gltf::import(path, options, images, &mut own, report)?;
+            match graph {
+                "3mf" => threemf::import(path, options, images, &mut own, report)?,
+                _ => gltf::import(path, options, images, &mut own, report)?,
+            }
             let own = own
                 .finish()
                 .map_err(|source| LoadError::of_scene(path, source))?;

@@ -147,7 +147,7 @@ fn files_that_may_not_or_cannot_be_read() {
         (".", "scene.toml:2:16: the mesh file '.' is a folder"),
         (
             "scene.toml",
-            "of no known format; known are .obj .ply .stl .gltf .glb",
+            "of no known format; known are .obj .ply .stl .3mf .gltf .glb",
         ),
         (
             "a.toml",

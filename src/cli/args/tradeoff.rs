@@ -16,7 +16,7 @@ use std::path::PathBuf;
                   ray meets something else than the exact reference says."
 )]
 pub struct TradeoffArgs {
-    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply or .stl
+    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf
     pub scene: PathBuf,
     /// Write a page with the trade, all pictures and their differences
     #[arg(long, value_name = "FILE", value_parser = parse_page)]

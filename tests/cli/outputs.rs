@@ -357,7 +357,8 @@ fn wait_for(what: &str, is_there: impl Fn() -> bool) {
 fn inspections_have_a_legend() {
     for (integrator, says) in [
         ("normals", "normals: n as 0.5 + 0.5 n; min, median, max: x "),
-        ("uv", "shapes without triangles grey; min, median, max: u "),
+        ("uv", "of others texture coordinates; min, median, max: u "),
+        ("edges", "edges: lines where things end or turn"),
         (
             "ids",
             "a lightness for each primitive; min, median, max: instance ",

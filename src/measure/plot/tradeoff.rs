@@ -114,12 +114,14 @@ fn lines(points: &[Point]) -> Vec<Line> {
         .collect();
     let mut front: Vec<[f64; 2]> = points.iter().filter(|p| p.pareto).map(place).collect();
     front.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    lines.push(Line {
+    // Below the dots, which keep their colours.
+    let best = Line {
         label: "best".into(),
         hue: choices.len(),
         stroke: Stroke::Dashed,
         points: front,
-    });
+    };
+    lines.insert(0, best);
     lines
 }
 

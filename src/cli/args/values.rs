@@ -128,7 +128,7 @@ pub fn parse_error(text: &str) -> Result<f64, String> {
 pub fn parse_positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(x) if x > 0.0 && x.is_finite() => Ok(x),
-        _ => Err("write a number above 0, such as 7850".into()),
+        _ => Err("write a number above 0".into()),
     }
 }
 

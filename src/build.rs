@@ -1,6 +1,6 @@
-//! Tells the program which commit it is built from, as `LANECAST_COMMIT`: that of the environment
-//! variable of this name, else what git says, with `-dirty` if sources were changed since; absent
-//! without git.
+//! Tells the program what it is built from and for: as `LANECAST_COMMIT` the commit, that of the
+//! environment variable of this name, else what git says, with `-dirty` if sources were changed
+//! since, absent without git; as `LANECAST_TARGET` the target, as `LANECAST_RUSTC` the compiler.
 //!
 //! It runs again when sources change, which builds the crate anew anyway; a commit alone does not.
 
@@ -9,6 +9,13 @@ use std::process::Command;
 fn main() {
     println!("cargo:rerun-if-changed=src");
     println!("cargo:rerun-if-env-changed=LANECAST_COMMIT");
+    for (name, value) in [
+        ("LANECAST_TARGET", std::env::var("TARGET").ok()),
+        ("LANECAST_RUSTC", compiler()),
+    ] {
+        let value = value.as_deref().map_or("unknown", str::trim);
+        println!("cargo:rustc-env={name}={value}");
+    }
     if let Some(commit) = std::env::var("LANECAST_COMMIT").ok().or_else(commit) {
         println!("cargo:rustc-env=LANECAST_COMMIT={}", commit.trim());
     }
@@ -23,9 +30,18 @@ fn commit() -> Option<String> {
     Some(format!("{}{dirty}", head.trim()))
 }
 
+/// Returns the version that the compiler prints.
+fn compiler() -> Option<String> {
+    printed(Command::new(std::env::var_os("RUSTC")?).arg("--version"))
+}
+
 /// Returns what git prints, unless it fails or is not there.
 fn git(arguments: &[&str]) -> Option<String> {
-    let output = Command::new("git").args(arguments).output().ok()?;
+    printed(Command::new("git").args(arguments))
+}
+
+fn printed(command: &mut Command) -> Option<String> {
+    let output = command.output().ok()?;
     let text = String::from_utf8(output.stdout).ok()?;
     output.status.success().then_some(text)
 }

@@ -154,6 +154,15 @@ pub fn check() -> bool {
     false
 }
 
+/// Lists the features by name: whether the binary uses each, and whether the processor has it.
+/// [`check`] has to run before.
+pub fn features() -> impl Iterator<Item = (&'static str, bool, bool)> {
+    FEATURES.iter().map(|feature| {
+        let there = is_there(feature, &REGISTERS);
+        (feature.name, feature.compiled, there)
+    })
+}
+
 /// Runs [`check`] from the list of functions that run before `main`, and ends the
 /// process with exit code 2 if it fails.
 #[cfg(unix)]

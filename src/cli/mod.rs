@@ -20,6 +20,8 @@ mod extremes;
 mod frames;
 mod ground;
 mod interrupt;
+mod isa;
+mod manual;
 mod measure;
 mod memory;
 mod merge;
@@ -37,13 +39,15 @@ mod scene;
 mod shutter;
 mod tradeoff;
 mod verify;
+mod version;
 
 #[cfg(unix)]
 pub use cpu::check_before_main;
 
 use args::{
-    BenchArgs, CompareArgs, ConvertArgs, ExportArgs, ExtremesArgs, MeasureArgs, MergeArgs,
-    PlanArgs, ProbeArgs, RenderArgs, RootsArgs, TradeoffArgs, VerifyArgs,
+    BenchArgs, CompareArgs, CompletionsArgs, ConvertArgs, ExportArgs, ExtremesArgs, ManArgs,
+    MeasureArgs, MergeArgs, PlanArgs, ProbeArgs, RenderArgs, RootsArgs, TradeoffArgs, VerifyArgs,
+    VersionArgs, laid_out,
 };
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use error::CliError;
@@ -92,6 +96,28 @@ enum Command {
     Export(ExportArgs),
     /// Find the real roots of a polynomial, with any solver
     Roots(RootsArgs),
+    /// Tell version, commit, instruction sets and features
+    Version(VersionArgs),
+    /// Print the completions of a shell
+    Completions(CompletionsArgs),
+    /// Write the manual's pages into a folder
+    Man(ManArgs),
+}
+
+impl Command {
+    /// Whether the command traces rays, so that a slow build is worth a warning.
+    fn traces(&self) -> bool {
+        !matches!(
+            self,
+            Command::Merge(_)
+                | Command::Compare(_)
+                | Command::Convert(_)
+                | Command::Export(_)
+                | Command::Version(_)
+                | Command::Completions(_)
+                | Command::Man(_)
+        )
+    }
 }
 
 /// Runs the program with the arguments of this process.
@@ -115,6 +141,9 @@ fn run() -> ExitCode {
             return ExitCode::from(e.exit_code() as u8);
         }
     };
+    if cli.command.traces() {
+        isa::warn_of_slow_build();
+    }
     ended(match &cli.command {
         Command::Render(args) => render::run(args),
         Command::Merge(args) => merge::run(args),
@@ -129,6 +158,9 @@ fn run() -> ExitCode {
         Command::Convert(args) => convert::run(args),
         Command::Export(args) => export::run(args),
         Command::Roots(args) => roots::run(args),
+        Command::Version(args) => version::run(args),
+        Command::Completions(args) => manual::completions(args, command()),
+        Command::Man(args) => manual::man(args, command()),
     })
 }
 
@@ -144,14 +176,19 @@ fn ended(done: Result<(), CliError>) -> ExitCode {
     }
 }
 
-/// Parses the arguments. A negative number after an option is its value, which the
-/// option may refuse, not an option of that name.
+/// Parses the arguments of this process.
 fn parse() -> Result<Cli, clap::Error> {
+    Cli::from_arg_matches(&command().try_get_matches()?)
+}
+
+/// Returns the command line as it is parsed and shown. A negative number after an option is its
+/// value, which the option may refuse, not an option of that name.
+fn command() -> clap::Command {
     let command = Cli::command().mut_subcommands(|command| {
         command.mut_args(|arg| {
             let numeric = arg.get_long().is_some() && arg.get_action().takes_values();
             arg.allow_negative_numbers(numeric)
         })
     });
-    Cli::from_arg_matches(&command.try_get_matches()?)
+    laid_out(command)
 }

@@ -75,7 +75,11 @@ pub fn run(
         let view = (view, slices.as_ref());
         Ok(render_part(view, &config, samples.clone(), &progress)?)
     };
-    let (part, counts) = prepared.traced((&mut watch, &mut stats), &progress, render)??;
+    let (part, counts) = prepared.traced(
+        (&mut watch, &mut stats),
+        (&progress, args.common.progress),
+        render,
+    )??;
     stats.rays = counts;
     stats.stages.push(watch.stage("render"));
     let mut results = Results::default();

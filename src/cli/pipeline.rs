@@ -5,7 +5,7 @@ use super::args::{Size, ViewArgs, has_lens};
 use super::error::CliError;
 use super::output::complain;
 use super::plan::beyond_direct;
-use super::progress::Drawing;
+use super::progress::{Drawing, Style};
 use super::{interrupt, scene};
 use crate::accel::{BuildQuality, KdQuality, Structure, World};
 use crate::io::{LoadError, LoadOptions, clipped};
@@ -207,7 +207,7 @@ impl Prepared {
     pub fn traced<T: Send>(
         &self,
         (watch, stats): (&mut Watch, &mut Stats),
-        progress: &Arc<Progress>,
+        (progress, style): (&Arc<Progress>, Style),
         trace: impl FnOnce(&View) -> T + Send,
     ) -> Result<T, CliError> {
         interrupt::check(progress)?;
@@ -219,7 +219,7 @@ impl Prepared {
             camera: self.camera,
             lights: &self.scene.lights,
         };
-        let _drawing = Drawing::start(progress);
+        let _drawing = Drawing::start(progress, style);
         Ok(self.pool.install(|| trace(&view)))
     }
 

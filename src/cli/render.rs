@@ -99,7 +99,11 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
         records,
         readings,
         ..
-    } = prepared.traced((&mut watch, &mut stats), &progress, render)??;
+    } = prepared.traced(
+        (&mut watch, &mut stats),
+        (&progress, args.common.progress),
+        render,
+    )??;
     stats.rays = counts;
     stats.picture.mean_spp = reached.map(|reached| reached.mean_samples);
     stats.stages.push(watch.stage("render"));

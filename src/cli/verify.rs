@@ -9,7 +9,7 @@ use super::error::CliError;
 use super::interrupt;
 use super::output::{Results, check_destinations};
 use super::pipeline::{Prepared, complete};
-use super::progress::Drawing;
+use super::progress::{Drawing, Style};
 use super::scene;
 use crate::accel::World;
 use crate::io::LoadError;
@@ -86,6 +86,7 @@ pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
         },
         sample: args.sample.unwrap_or(1).min(u64::from(u32::MAX)) as u32,
         progress: &progress,
+        style: args.common.progress,
     };
     let all = [Precision::Fast, Precision::Guarded, Precision::Exact];
     let asked = |mode: &Precision| args.common.precision.is_none_or(|only| only == *mode);
@@ -144,6 +145,7 @@ struct Check<'a> {
     sample: u32,
     list: usize,
     progress: &'a Arc<Progress>,
+    style: Style,
 }
 
 impl Check<'_> {
@@ -321,7 +323,7 @@ impl Check<'_> {
 
     /// Runs a stage on the pool, with its progress on the terminal.
     fn drawn<T: Send>(&self, stage: impl FnOnce() -> T + Send) -> T {
-        let _drawing = Drawing::start(self.progress);
+        let _drawing = Drawing::start(self.progress, self.style);
         self.prepared.pool.install(stage)
     }
 }

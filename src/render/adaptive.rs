@@ -25,7 +25,9 @@ use crate::shade::path::Slot;
 use crate::trace::ScratchPool;
 use rayon::prelude::*;
 use std::iter::repeat;
+use std::ops::Range;
 use std::sync::Mutex;
+use std::sync::atomic::Ordering::Relaxed;
 
 /// When samples are enough.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -160,9 +162,11 @@ pub fn render_adaptively(
         .collect();
     let first = first_pass(adaptive.noise).min(most);
     let mut range = 0..first.div_ceil(2);
+    let mut work = Work::default();
     while !blocks.is_empty() && !range.is_empty() && !progress.is_cancelled() {
         let workers = ScratchPool::<Worker>::default();
         let counts = Mutex::new(RayCounts::default());
+        work.begin(blocks.len(), &range, most, progress);
         let done: Vec<Vec<(Pixel, Option<More>, usize)>> = blocks
             .par_iter()
             .with_max_len(1)
@@ -202,6 +206,8 @@ pub fn render_adaptively(
                     let pixels: Vec<_> = pixels.collect();
                     drop(sums);
                     worker.arena.reset();
+                    progress.rays.fetch_add(own.total(), Relaxed);
+                    progress.tiles_done.fetch_add(Work::of(count), Relaxed);
                     counts.lock().unwrap_or_else(|e| e.into_inner()).add(&own);
                     pixels
                 })
@@ -225,6 +231,50 @@ pub fn render_adaptively(
         range = range.end..(2 * range.end).min(most);
     }
     film
+}
+
+/// The work of all passes, in units of [`Work::UNIT`] samples of a block, for those who watch.
+#[derive(Default)]
+struct Work {
+    done: u64,
+    /// The blocks of the pass before.
+    blocks: Option<usize>,
+}
+
+impl Work {
+    /// So that the work of the largest pictures is a number of 32 bits.
+    const UNIT: u32 = 4;
+
+    fn of(samples: u32) -> u32 {
+        samples.div_ceil(Work::UNIT)
+    }
+
+    /// Tells of the pass that begins, and of all passes after it, of which each is expected to have
+    /// as many of the blocks before it as this one has; half, where none were left yet.
+    fn begin(&mut self, blocks: usize, range: &Range<u32>, most: u32, progress: &Progress) {
+        let share = match self.blocks {
+            Some(before) if blocks < before => blocks as f64 / before as f64,
+            _ => 0.5,
+        };
+        let pass = |blocks: f64, samples: u32| blocks * f64::from(Work::of(samples));
+        let mut left = pass(blocks as f64, range.len() as u32);
+        let (mut blocks_left, mut end) = (blocks as f64, range.end);
+        while end < most && blocks_left >= 1.0 {
+            blocks_left *= share;
+            let next = end.saturating_mul(2).min(most);
+            left += pass(blocks_left, next - end);
+            end = next;
+        }
+        progress
+            .tiles_done
+            .store(self.done.min(u64::from(u32::MAX)) as u32, Relaxed);
+        // A cast beyond the range is the nearest number in it.
+        progress
+            .tiles
+            .store((self.done as f64 + left) as u32, Relaxed);
+        self.done += pass(blocks as f64, range.len() as u32) as u64;
+        self.blocks = Some(blocks);
+    }
 }
 
 /// Returns the samples of the first pass: 64 at a noise of 0.01, as Cycles has it, so that

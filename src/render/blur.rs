@@ -407,10 +407,7 @@ pub fn sum_picture(
         if progress.is_cancelled() {
             return;
         }
-        let number = match config.tiles {
-            TileOrder::Reverse => columns * rows - 1 - number,
-            _ => number,
-        };
+        let number = config.tiles.tile(number, columns * rows);
         let corner = (number % columns * side, number / columns * side);
         let size = (side.min(width - corner.0), side.min(height - corner.1));
         let order = &morton_order(size)[..];

@@ -236,10 +236,7 @@ fn render_tiles(
         if progress.is_cancelled() {
             return;
         }
-        let number = match config.tiles {
-            TileOrder::Reverse => tiles - 1 - number,
-            _ => number,
-        };
+        let number = config.tiles.tile(number, tiles);
         let (corner, size) = at(number);
         workers.with(|worker| {
             let tile = Tile {

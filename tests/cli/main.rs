@@ -12,6 +12,7 @@ mod extremes;
 mod found;
 mod layers;
 mod malformed;
+mod manners;
 mod measure;
 mod motion;
 mod outputs;

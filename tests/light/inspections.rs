@@ -67,7 +67,7 @@ fn picture(what: Inspection, choices: Choices, tiles: TileOrder, threads: usize)
 }
 
 fn plain(what: Inspection) -> Picture {
-    picture(what, Choices::default(), TileOrder::Scanline, 1)
+    picture(what, Choices::default(), TileOrder::Spread, 1)
 }
 
 fn by(accel: Accel, lanes: LaneCount) -> Choices {
@@ -90,7 +90,7 @@ fn what_rays_meet_does_not_depend_on_how() {
         for (accel, lanes, tiles, threads) in [
             (Accel::Bvh, LaneCount::Auto, TileOrder::Small, 3),
             (Accel::Kd, LaneCount::One, TileOrder::Reverse, 2),
-            (Accel::Linear, LaneCount::Auto, TileOrder::Scanline, 2),
+            (Accel::Linear, LaneCount::Auto, TileOrder::Spread, 2),
         ] {
             let found = picture(what, by(accel, lanes), tiles, threads).color;
             assert!(found == expected, "{what:?} {accel:?}");
@@ -103,7 +103,7 @@ fn costs_depend_on_the_structure_alone() {
     for accel in [Accel::Kd, Accel::Linear] {
         let what = Inspection::Heat(Cost::Tests);
         let of = |lanes, tiles, threads| picture(what, by(accel, lanes), tiles, threads).color;
-        let expected = of(LaneCount::Auto, TileOrder::Scanline, 1);
+        let expected = of(LaneCount::Auto, TileOrder::Spread, 1);
         assert!(of(LaneCount::One, TileOrder::Small, 3) == expected);
         assert!(of(LaneCount::Auto, TileOrder::Reverse, 2) == expected);
         // A list tests all shapes for every ray, a tree hardly any beside them.

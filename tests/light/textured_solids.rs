@@ -376,7 +376,7 @@ fn solids_show_no_threads_tiles_lanes_and_structures() {
             let pool = pool.build().unwrap();
             pool.install(|| render(&scene, choices, &config).color)
         };
-        let plain = picture(Choices::default(), TileOrder::Scanline, 1);
+        let plain = picture(Choices::default(), TileOrder::Spread, 1);
         for (accel, lanes, precision, tiles, threads) in [
             (
                 Accel::Bvh,
@@ -403,7 +403,7 @@ fn solids_show_no_threads_tiles_lanes_and_structures() {
                 Accel::Linear,
                 LaneCount::Auto,
                 Precision::Guarded,
-                TileOrder::Scanline,
+                TileOrder::Spread,
                 2,
             ),
         ] {

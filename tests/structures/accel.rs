@@ -101,7 +101,7 @@ fn threads_and_tiles_do_not_show() {
                 .num_threads(threads)
                 .build()
                 .unwrap();
-            for tiles in [TileOrder::Scanline, TileOrder::Reverse, TileOrder::Small] {
+            for tiles in [TileOrder::Spread, TileOrder::Reverse, TileOrder::Small] {
                 let config = RenderConfig {
                     tiles,
                     ..config.clone()

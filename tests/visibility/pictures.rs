@@ -102,7 +102,7 @@ fn hashes(file: &Path, loaded: &Loaded, precision: Precision) -> [u64; 2] {
             (1, TileOrder::Reverse),
             (4, TileOrder::Small),
             (8, TileOrder::Small),
-            (16, TileOrder::Scanline),
+            (16, TileOrder::Spread),
         ] {
             let config = RenderConfig {
                 tiles,

@@ -4,10 +4,12 @@
 //! ignored. `render/config.rs` documents the options' meaning, `values.rs` their
 //! values.
 
+mod about;
 mod bench;
 mod compare;
 mod development;
 mod import;
+mod layout;
 mod light;
 mod outputs;
 mod sequence;
@@ -16,8 +18,10 @@ mod tradeoff;
 mod values;
 mod view;
 
+pub use about::{CompletionsArgs, ManArgs, VersionArgs};
 pub use bench::BenchArgs;
 pub use compare::CompareArgs;
+pub use layout::laid_out;
 pub use light::{has_lens, needed_integrator};
 pub use tradeoff::TradeoffArgs;
 pub use values::Size;
@@ -25,6 +29,7 @@ pub use view::ViewArgs;
 
 use super::error::CliError;
 use super::output::Sink;
+use super::progress::Style;
 use crate::accel::{BuildQuality, KdClip, KdQuality, KdStop};
 use crate::io::{Animated, LoadOptions};
 use crate::plan::{Accel, Choices, LaneCount, Precision};
@@ -182,6 +187,10 @@ pub struct ExtremesArgs {
     /// Threads that ask the reference [default: all hardware threads]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
+    /// Show progress on standard error: bar (on a terminal; else a line at each tenth), json (a
+    /// line every half second), none, or auto, which is a bar on a terminal, else none
+    #[arg(long, value_name = "HOW", default_value = "auto", value_parser = Style::parse)]
+    pub progress: Style,
     /// Write machine-readable results; - is standard output
     #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
     pub json: Option<Sink>,
@@ -228,6 +237,10 @@ pub struct MeasureArgs {
     pub threads: Option<u32>,
     #[command(flatten)]
     pub import: ImportArgs,
+    /// Show progress on standard error: bar (on a terminal; else a line at each tenth), json (a
+    /// line every half second), none, or auto, which is a bar on a terminal, else none
+    #[arg(long, value_name = "HOW", default_value = "auto", value_parser = Style::parse)]
+    pub progress: Style,
     /// Write machine-readable results; - is standard output
     #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
     pub json: Option<Sink>,
@@ -394,6 +407,10 @@ pub struct CommonArgs {
     /// Threads that trace [default: all hardware threads; bench: 1]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
+    /// Show progress on standard error: bar (on a terminal; else a line at each tenth), json (a
+    /// line every half second), none, or auto, which is a bar on a terminal, else none
+    #[arg(long, value_name = "HOW", default_value = "auto", value_parser = Style::parse)]
+    pub progress: Style,
     /// Write machine-readable results; - is standard output
     #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
     pub json: Option<Sink>,

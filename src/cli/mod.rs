@@ -8,6 +8,7 @@
 //! **Invariant:** the processor is checked before anything else runs (`cpu.rs`), on
 //! Linux even before the Rust runtime (`main.rs`).
 
+mod accuracy;
 mod args;
 mod bench;
 mod compare;
@@ -51,6 +52,7 @@ use args::{
 };
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use error::CliError;
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 #[derive(Parser)]
@@ -132,7 +134,7 @@ pub fn main() -> ExitCode {
 /// Separate from `main`, so that none of it runs before the check.
 #[inline(never)]
 fn run() -> ExitCode {
-    let cli = match parse() {
+    let cli = match parse(std::env::args_os()) {
         Ok(cli) => cli,
         // Help and version also arrive here.
         Err(e) if !e.use_stderr() => return ended(output::print(&e.render().to_string())),
@@ -145,7 +147,7 @@ fn run() -> ExitCode {
         isa::warn_of_slow_build();
     }
     ended(match &cli.command {
-        Command::Render(args) => render::run(args),
+        Command::Render(args) => rendered(args),
         Command::Merge(args) => merge::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Verify(args) => verify::run(args),
@@ -164,6 +166,21 @@ fn run() -> ExitCode {
     })
 }
 
+/// Renders a picture, by the options that its accuracy asks for.
+fn rendered(args: &RenderArgs) -> Result<(), CliError> {
+    let Some(accuracy) = &args.accuracy else {
+        return render::run(args);
+    };
+    let arguments = accuracy::resolved(args, &accuracy.0)?;
+    match parse(arguments) {
+        Ok(Cli {
+            command: Command::Render(args),
+        }) => render::run(&args),
+        Ok(_) => Ok(()),
+        Err(e) => Err(CliError::Usage(e.to_string())),
+    }
+}
+
 fn ended(done: Result<(), CliError>) -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -176,9 +193,9 @@ fn ended(done: Result<(), CliError>) -> ExitCode {
     }
 }
 
-/// Parses the arguments of this process.
-fn parse() -> Result<Cli, clap::Error> {
-    Cli::from_arg_matches(&command().try_get_matches()?)
+/// Parses the arguments of a process.
+fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Cli, clap::Error> {
+    Cli::from_arg_matches(&command().try_get_matches_from(arguments)?)
 }
 
 /// Returns the command line as it is parsed and shown. A negative number after an option is its

@@ -1,10 +1,11 @@
 //! `lanecast plan`: reports what a scene requires, and the choices made for it.
 
 mod light;
+mod price;
 
 pub(super) use light::beyond_direct;
 
-use super::args::{PlanArgs, needed_integrator};
+use super::args::{PlanArgs, VERIFY_SIZE, needed_integrator};
 use super::error::CliError;
 use super::interrupt;
 use super::output::{Results, check_destinations, printable_line};
@@ -16,6 +17,7 @@ use crate::plan::{remarks, searched, solved, spindle, stacked, unbounded};
 use crate::render::{Exposure, RenderConfig, Slices};
 use crate::scene::{Shape, ShapeId, Tables, shape_bounds};
 use light::Light;
+use price::{Price, prices};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -41,6 +43,9 @@ struct Report {
     tables: BTreeMap<&'static str, usize>,
     /// Bytes per tree.
     trees: BTreeMap<&'static str, usize>,
+    /// What would cost how much that the scene lacks; with `--measure`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    prices: Option<Prices>,
     /// Expected cost of a random ray through the top-level structure, in primitive
     /// tests.
     top_tree_sah: f64,
@@ -55,6 +60,16 @@ struct Csg {
     /// Number of distinct spaces of the operands.
     frames: usize,
     bytes: usize,
+}
+
+/// What `--measure` finds.
+#[derive(Debug, Serialize)]
+struct Prices {
+    size: [u32; 2],
+    threads: usize,
+    /// Median seconds of the scene's own picture.
+    seconds: f64,
+    of: Vec<Price>,
 }
 
 #[derive(Debug, Serialize)]
@@ -80,6 +95,16 @@ pub fn run(args: &PlanArgs) -> Result<(), CliError> {
         integrator: needed_integrator(&scene, row, config.grid).0,
         ..config
     };
+    let measured = args.measure.then(|| {
+        let size = args.common.size.unwrap_or(VERIFY_SIZE);
+        let config = RenderConfig {
+            width: size.width,
+            height: size.height,
+            ..config.clone()
+        };
+        prices(&scene, (named(path), &config))
+    });
+    let measured = measured.transpose()?;
     let prepared = complete(scene, named(path), &config, &mut watch, &mut stats)?;
     let world = prepared.world(&mut watch, &mut stats);
     stats.finish();
@@ -89,7 +114,16 @@ pub fn run(args: &PlanArgs) -> Result<(), CliError> {
         &prepared.camera,
         (row, config.grid),
     );
-    let report = report(&prepared, &world, light);
+    let size = args.common.size.unwrap_or(VERIFY_SIZE);
+    let report = Report {
+        prices: measured.map(|(seconds, of)| Prices {
+            size: [size.width, size.height],
+            threads: prepared.pool.current_num_threads(),
+            seconds,
+            of,
+        }),
+        ..report(&prepared, &world, light)
+    };
     let mut results = Results::default();
     results.add(&args.common.stats, &stats)?;
     results.add(&args.common.json, &report)?;
@@ -165,6 +199,7 @@ fn report(prepared: &Prepared, world: &World, light: Light) -> Report {
         light,
         tables: scene.bytes().into_iter().collect(),
         trees: world.bytes().into_iter().collect(),
+        prices: None,
         top_tree_sah: world.accelerator.tlas_figures().sah,
     }
 }
@@ -248,6 +283,9 @@ fn text_report(report: &Report) -> String {
     }
     let _ = writeln!(text, "\nlight");
     report.light.write(&mut text);
+    if let Some(prices) = &report.prices {
+        write_prices(prices, &mut text);
+    }
     for (title, bytes) in [("tables", &report.tables), ("trees", &report.trees)] {
         let total: usize = bytes.values().sum();
         let _ = writeln!(text, "\n{title}: {total} bytes");
@@ -256,4 +294,21 @@ fn text_report(report: &Report) -> String {
         }
     }
     text
+}
+
+fn write_prices(prices: &Prices, text: &mut String) {
+    let [width, height] = prices.size;
+    let _ = writeln!(
+        text,
+        "\nprices: what one of each thing would cost that the scene lacks, beside {:.3} s of its own \
+         picture ({width}x{height}, {} threads)",
+        prices.seconds, prices.threads
+    );
+    for price in &prices.of {
+        let _ = writeln!(
+            text,
+            "  {:<20} {:>6.3} × the time {:>+10} bytes",
+            price.what, price.ratio, price.bytes
+        );
+    }
 }

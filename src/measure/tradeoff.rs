@@ -1,11 +1,12 @@
 //! Speed against accuracy: what each way to render a scene takes, and what it is off by.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A way to render a scene, with what it costs.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Point {
-    /// Which choice it varies.
+    /// Which choice it varies; empty in a point that was read.
+    #[serde(skip_deserializing)]
     pub choice: &'static str,
     /// What the command line says for it; empty for the scene's own way.
     pub options: String,

@@ -7,7 +7,7 @@ use clap::Args;
 use glam::DVec3;
 use std::path::PathBuf;
 
-#[derive(Args)]
+#[derive(Args, Clone)]
 pub struct ImportArgs {
     /// Allow files that the scene names outside its folder
     #[arg(long)]

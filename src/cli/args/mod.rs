@@ -23,7 +23,7 @@ pub use bench::BenchArgs;
 pub use compare::CompareArgs;
 pub use layout::laid_out;
 pub use light::{has_lens, needed_integrator};
-pub use tradeoff::TradeoffArgs;
+pub use tradeoff::{Accuracy, TradeoffArgs};
 pub use values::Size;
 pub use view::ViewArgs;
 
@@ -62,6 +62,11 @@ pub struct RenderArgs {
     /// .sums, in the current folder]
     #[arg(short, value_name = "FILE")]
     pub output: Option<PathBuf>,
+    /// Choose the options of the fastest way that keeps bounds: within:rmse=X, flip=X, wrong-pixels=N,
+    /// separated by commas, or the most accurate of seconds=X (of a picture of 240x135). They are
+    /// measured once for each class of scenes, as tradeoff does, and kept in the user's cache
+    #[arg(long, value_name = "within:BOUNDS", value_parser = Accuracy::parse, conflicts_with_all = ["spp", "noise", "samples", "sampler", "filter", "cache", "max_depth", "shutter_slices", "precision", "accel", "lanes", "solver", "integrator"])]
+    pub accuracy: Option<Accuracy>,
     #[command(flatten)]
     pub light: LightArgs,
     #[command(flatten)]
@@ -158,6 +163,10 @@ pub struct VerifyArgs {
 pub struct PlanArgs {
     /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf; without it, the built-in scene
     pub scene: Option<PathBuf>,
+    /// Measure what leaving out saves: render the scene with and without one tiny thing of each sort
+    /// that it lacks, in turns [size: 320x180, unless --size is given]
+    #[arg(long)]
+    pub measure: bool,
     #[command(flatten)]
     pub build: BuildArgs,
     #[command(flatten)]

@@ -6,7 +6,7 @@ use crate::render::{Exposure, Grid, Integrator};
 use crate::scene::{Scene, Shutter, ShutterShape};
 use clap::{Args, value_parser};
 
-#[derive(Args)]
+#[derive(Args, Clone)]
 pub struct ShutterArgs {
     /// Blur what moves: take light from OPEN to CLOSE, in place of the camera's own shutter. The
     /// unit is the time from one frame to the next, about the frame's own; of a single picture

@@ -54,6 +54,20 @@ pub struct TradeoffArgs {
     pub json: Option<Sink>,
 }
 
+/// The bounds of `--accuracy`.
+#[derive(Clone, Debug)]
+pub struct Accuracy(pub Vec<Bound>);
+
+impl Accuracy {
+    pub fn parse(text: &str) -> Result<Accuracy, String> {
+        let bounds = text
+            .strip_prefix("within:")
+            .ok_or("expected within: and bounds, such as within:rmse=0.02,flip=0.05")?;
+        let bounds: Result<_, _> = bounds.split(',').map(parse_bound).collect();
+        Ok(Accuracy(bounds?))
+    }
+}
+
 fn parse_bound(text: &str) -> Result<Bound, String> {
     let expected = || "expected wrong-pixels=N, rmse=X, flip=X or seconds=X".to_owned();
     let (name, value) = text.split_once('=').ok_or_else(expected)?;

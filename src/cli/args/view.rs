@@ -3,7 +3,7 @@
 use crate::scene::StandardView;
 use clap::Args;
 
-#[derive(Args, Default)]
+#[derive(Args, Clone, Default)]
 pub struct ViewArgs {
     /// Name of a camera or of its node, or its number from 0 [default: the first]
     #[arg(long, value_name = "NAME|INDEX")]

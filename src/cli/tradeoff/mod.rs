@@ -53,12 +53,76 @@ struct Report<'a> {
     within: Option<usize>,
 }
 
+/// What was measured of a scene.
+pub struct Trade {
+    pub points: Vec<Point>,
+    /// A picture of each point.
+    pictures: Vec<Picture>,
+    truth: Picture,
+    size: [u32; 2],
+    threads: usize,
+    /// Samples per pixel of the converged picture.
+    converged: u32,
+}
+
 pub fn run(args: &TradeoffArgs) -> Result<(), CliError> {
     let files: Vec<PathBuf> = args.html.iter().cloned().collect();
     let outputs = check_destinations(&[&args.scene], &files, args.json.iter())?;
     let progress = interrupt::watch();
-    let (mut watch, mut stats) = (Watch::start(), Stats::default());
     let loaded = scene::load(&args.scene, &args.import.load_options(outputs))?;
+    let trade = trade(loaded, args, &progress)?;
+    let points = &trade.points[..];
+    let best = within(points, &args.within);
+    let number = best.map(|best| {
+        let same = |point: &&Point| std::ptr::eq(*point, best);
+        points.iter().take_while(|point| !same(point)).count()
+    });
+    let report = Report {
+        scene: args.scene.display().to_string(),
+        size: trade.size,
+        threads: trade.threads,
+        reps: args.reps,
+        converged: trade.converged,
+        points,
+        within: number.filter(|_| !args.within.is_empty()),
+    };
+    let mut results = Results::default();
+    if let Some(path) = &args.html {
+        let [width, height] = trade.size;
+        let facts = vec![
+            ("size", format!("{width}x{height}")),
+            ("threads", report.threads.to_string()),
+            ("pictures of each way", args.reps.to_string()),
+            ("converged", format!("{} spp", trade.converged)),
+        ];
+        let shown = (points, &trade.pictures[..], &trade.truth);
+        let html = tradeoff_page(&report.scene, facts, shown, path)?;
+        results.outputs.add(path, html.into_bytes())?;
+    }
+    results.add(&args.json, &report)?;
+    interrupt::check(&progress)?;
+    if args.within.is_empty() {
+        return results.commit(&table(points));
+    }
+    match best {
+        Some(best) => results.commit(&format!("{}\n", best.options)),
+        None => {
+            results.commit("")?;
+            Err(CliError::Short(
+                "no way to render the scene keeps these bounds; --json and --html tell what there is"
+                    .into(),
+            ))
+        }
+    }
+}
+
+/// Renders a scene in all its ways, and compares their pictures with a converged one.
+pub fn trade(
+    loaded: Scene,
+    args: &TradeoffArgs,
+    progress: &Arc<Progress>,
+) -> Result<Trade, CliError> {
+    let (mut watch, mut stats) = (Watch::start(), Stats::default());
     let size = args.size.unwrap_or(VERIFY_SIZE);
     let config = RenderConfig {
         width: size.width,
@@ -75,7 +139,7 @@ pub fn run(args: &TradeoffArgs) -> Result<(), CliError> {
     let work = Work {
         prepared: &prepared,
         args,
-        progress: &progress,
+        progress,
     };
     complain(&format!(
         "{} ways to render {}, up to {} times each, and a picture of {spp} spp to compare with",
@@ -86,47 +150,14 @@ pub fn run(args: &TradeoffArgs) -> Result<(), CliError> {
     let truth = work.picture_alone(&converged)?;
     let (mut points, pictures) = work.points(&ways, &channels(&truth))?;
     mark_front(&mut points);
-    let best = within(&points, &args.within);
-    let number = best.map(|best| {
-        let same = |point: &&Point| std::ptr::eq(*point, best);
-        points.iter().take_while(|point| !same(point)).count()
-    });
-    let report = Report {
-        scene: args.scene.display().to_string(),
+    Ok(Trade {
+        points,
+        pictures,
+        truth,
         size: [base.width, base.height],
         threads: prepared.pool.current_num_threads(),
-        reps: args.reps,
         converged: spp,
-        points: &points,
-        within: number.filter(|_| !args.within.is_empty()),
-    };
-    let mut results = Results::default();
-    if let Some(path) = &args.html {
-        let facts = vec![
-            ("size", format!("{}x{}", base.width, base.height)),
-            ("threads", report.threads.to_string()),
-            ("pictures of each way", args.reps.to_string()),
-            ("converged", format!("{spp} spp")),
-        ];
-        let shown = (&points[..], &pictures[..], &truth);
-        let html = tradeoff_page(&report.scene, facts, shown, path)?;
-        results.outputs.add(path, html.into_bytes())?;
-    }
-    results.add(&args.json, &report)?;
-    interrupt::check(&progress)?;
-    if args.within.is_empty() {
-        return results.commit(&table(&points));
-    }
-    match best {
-        Some(best) => results.commit(&format!("{}\n", best.options)),
-        None => {
-            results.commit("")?;
-            Err(CliError::Short(
-                "no way to render the scene keeps these bounds; --json and --html tell what there is"
-                    .into(),
-            ))
-        }
-    }
+    })
 }
 
 /// Returns the scene in the middle of its shutter, and how `render` would render it.

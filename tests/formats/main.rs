@@ -5,6 +5,7 @@
 mod common;
 
 mod animated;
+mod draco;
 mod found_dialects;
 mod found_gltf;
 mod found_meshes;

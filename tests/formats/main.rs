@@ -10,6 +10,7 @@ mod found_dialects;
 mod found_gltf;
 mod found_meshes;
 mod io_bad;
+mod ktx2;
 mod limits;
 mod meshopt;
 mod mutated;

@@ -216,7 +216,6 @@ fn required_extensions_beside_geometry_are_warnings() {
         ("KHR_materials_unheard_of", true),
         ("KHR_xmp_json_ld", true),
         ("MSFT_texture_dds", true),
-        ("KHR_draco_mesh_compression", false),
         ("CESIUM_RTC", false),
         ("VENDOR_unheard_of", false),
     ] {

@@ -5,10 +5,12 @@
 mod common;
 
 mod animated;
+mod draco;
 mod found_dialects;
 mod found_gltf;
 mod found_meshes;
 mod io_bad;
+mod ktx2;
 mod limits;
 mod meshopt;
 mod mutated;

@@ -2,7 +2,8 @@
 //! by one line, soon and in little memory.
 //!
 //! ```text
-//! LANECAST_CAMPAIGN=10 cargo test --release --test formats mutated_files -- --nocapture   # 10^5
+//! LANECAST_CAMPAIGN=10 cargo test --release --features all-lanes,draco,ktx2 --test formats \
+//!     mutated_files -- --nocapture   # 10^5
 //! ```
 
 use crate::common::{Random, campaign, in_repository};
@@ -97,6 +98,11 @@ fn textured(picture: &[u8]) -> Vec<u8> {
         picture.len(),
         bin.len()
     );
+    glb(json, bin)
+}
+
+/// A GLB file of its two chunks.
+fn glb(json: String, mut bin: Vec<u8>) -> Vec<u8> {
     let mut json = json.into_bytes();
     json.resize(json.len().next_multiple_of(4), b' ');
     bin.resize(bin.len().next_multiple_of(4), 0);
@@ -113,6 +119,66 @@ fn textured(picture: &[u8]) -> Vec<u8> {
         &bin,
     ];
     parts.concat()
+}
+
+/// A file whose mesh is a stream with the attributes of those in `draco/`, in a pose of a skin.
+/// What its accessors say is replaced by what the stream holds, but that colours are normalised.
+#[cfg(feature = "draco")]
+fn compressed(stream: &[u8]) -> Vec<u8> {
+    let json = format!(
+        "{{\"asset\":{{\"version\":\"2.0\"}},\"scenes\":[{{\"nodes\":[0]}}],\"nodes\":[{{\"mesh\":0,\
+         \"skin\":0}}],\"skins\":[{{\"joints\":[0,0,0]}}],\"meshes\":[{{\"primitives\":[{{\"indices\":0,\
+         \"attributes\":{{\"POSITION\":0,\"NORMAL\":0,\"TANGENT\":0,\"TEXCOORD_0\":0,\"TEXCOORD_1\":0,\
+         \"COLOR_0\":1,\"JOINTS_0\":0,\"WEIGHTS_0\":0}},\"extensions\":{{\"KHR_draco_mesh_compression\":{{\
+         \"bufferView\":0,\"attributes\":{{\"POSITION\":0,\"NORMAL\":1,\"TANGENT\":2,\"TEXCOORD_0\":3,\
+         \"TEXCOORD_1\":4,\"COLOR_0\":5,\"JOINTS_0\":6,\"WEIGHTS_0\":7}}}}}}}}]}}],\"accessors\":[{{\
+         \"type\":\"SCALAR\",\"componentType\":5126,\"count\":1}},{{\"type\":\"VEC4\",\
+         \"componentType\":5121,\"normalized\":true,\"count\":1}}],\"bufferViews\":[{{\"buffer\":0,\
+         \"byteLength\":{0}}}],\"buffers\":[{{\"byteLength\":{0}}}]}}",
+        stream.len(),
+    );
+    glb(json, stream.to_vec())
+}
+
+/// Files of meshes compressed by Draco, and streams within them.
+#[cfg(feature = "draco")]
+fn draco_seeds() -> Vec<Seed> {
+    let mut all = Vec::new();
+    for name in ["sequential", "edgebreaker", "valence"] {
+        let path = in_repository("tests/formats/draco").join(format!("{name}.glb"));
+        let file = std::fs::read(path).unwrap();
+        let start = file.windows(5).position(|w| w == b"DRACO").unwrap();
+        let stream = file[start..].to_vec();
+        for (bytes, pack) in [
+            (stream, compressed as fn(&[u8]) -> Vec<u8>),
+            (file, <[u8]>::to_vec),
+        ] {
+            let extension = "glb";
+            all.push(Seed {
+                extension,
+                bytes,
+                pack,
+            });
+        }
+    }
+    all
+}
+
+#[cfg(not(feature = "draco"))]
+fn draco_seeds() -> Vec<Seed> {
+    Vec::new()
+}
+
+/// KTX2 files as textures, which without the feature are left out.
+fn ktx2_seeds() -> Vec<Seed> {
+    let names = ["etc1s", "etc1s_alpha", "uastc", "uastc_alpha_zstd"];
+    let folder = in_repository("tests/formats/ktx2");
+    let seed = |name: &str| Seed {
+        extension: "glb",
+        bytes: std::fs::read(folder.join(format!("{name}.ktx2"))).unwrap(),
+        pack: textured,
+    };
+    names.map(seed).into()
 }
 
 const CSG: &str = "difference() {\n cube(size = [10, 20, 30], center = true);\n \
@@ -134,7 +200,7 @@ fn seeds() -> Vec<Seed> {
         bytes,
         pack,
     };
-    vec![
+    let mut all = vec![
         seed("3mf", model().into_bytes(), package),
         seed("3mf", package(model().as_bytes()), as_it_is),
         seed("glb", meshopt("ext.glb"), as_it_is),
@@ -143,7 +209,10 @@ fn seeds() -> Vec<Seed> {
         seed("glb", picture(ImageFormat::Jpeg), textured),
         seed("glb", picture(ImageFormat::WebP), textured),
         seed("csg", CSG.as_bytes().to_vec(), as_it_is),
-    ]
+    ];
+    all.extend(draco_seeds());
+    all.extend(ktx2_seeds());
+    all
 }
 
 /// Numbers that files should not have.

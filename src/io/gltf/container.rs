@@ -44,6 +44,9 @@ const KNOWN_EXTENSIONS: [&str; 22] = [
     "EXT_texture_webp",
 ];
 
+/// The extension of meshes that are compressed by Draco.
+pub(super) const DRACO: &str = "KHR_draco_mesh_compression";
+
 /// What the names of extensions begin with, after their vendor, that change no geometry:
 /// they are about looks, sound, behaviour and data beside the scene.
 const BESIDE_GEOMETRY: [&str; 17] = [
@@ -68,7 +71,7 @@ const BESIDE_GEOMETRY: [&str; 17] = [
 
 /// Whether this extension is imported, or counted with the textures.
 pub(super) fn is_known_extension(name: &str) -> bool {
-    KNOWN_EXTENSIONS.contains(&name)
+    KNOWN_EXTENSIONS.contains(&name) || cfg!(feature = "draco") && name == DRACO
 }
 
 /// Whether a file may require this extension: geometry does not depend on it, or it is
@@ -209,7 +212,11 @@ pub(super) fn parse(path: &Path, json: &[u8]) -> Result<Document, LoadError> {
     }
     if let Some(name) = head.required.iter().find(|e| !may_be_required(e)) {
         let what = format!("the required extension '{}'", one_line(name));
-        return Err(unsupported(path, &what, "export the file without it"));
+        let remedy = match &**name {
+            DRACO => "build Lanecast with --features draco, or export the file without it",
+            _ => "export the file without it",
+        };
+        return Err(unsupported(path, &what, remedy));
     }
     check_counts(path, json)?;
     let nodes: Nodes = serde_json::from_slice(json).map_err(syntax)?;

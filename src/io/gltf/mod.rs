@@ -5,7 +5,7 @@
 //! after the other, and the triangles of each in the order of its mode. Morph targets and skins are
 //! applied: in the pose that the file has, or at the times of an animation.
 //!
-//! `container` parses, `buffers` and `accessor` check every length and range, `meshopt` decodes views, `mesh`, `morph`,
+//! `container` parses, `buffers` and `accessor` check every length and range, `meshopt` decodes views and `draco` primitives, `mesh`, `morph`,
 //! `skin`, `material`, `camera` and `light` fill rows, `placement` reads transforms, `animation`
 //! reads curves, of which `motion` makes keys, `nodes` walks the graph. Specification: Khronos
 //! glTF 2.0.1.
@@ -16,6 +16,8 @@ mod animation;
 mod buffers;
 mod camera;
 mod container;
+#[cfg(feature = "draco")]
+mod draco;
 mod light;
 mod material;
 mod mesh;
@@ -51,7 +53,8 @@ struct File<'a> {
     root: Root,
     sources: texture::Sources,
     buffers: Buffers<'a>,
-    /// The views that are compressed, decoded; a row for each view, or none at all.
+    /// The views that are compressed, decoded, and those made of streams of Draco; a row for each view,
+    /// or none at all.
     decoded: Vec<Option<Vec<u8>>>,
     /// Whether the first set of texture coordinates is read in any case.
     keeps_uvs: bool,
@@ -127,7 +130,8 @@ pub(super) fn import(
     let decoded = meshopt::decoded(path, &root, &buffers)?;
     let variant = variant::pick(path, &root, options.variant.as_deref())?;
     let size = bytes.len() as u64 + buffers.total();
-    let file = File {
+    #[cfg_attr(not(feature = "draco"), expect(unused_mut))]
+    let mut file = File {
         path,
         root,
         sources,
@@ -138,6 +142,8 @@ pub(super) fn import(
         decoded,
         budget: Cell::new(FREE_ELEMENTS + 4 * size),
     };
+    #[cfg(feature = "draco")]
+    draco::decode(&mut file, report)?;
     for (what, count) in unread {
         report.add_many(what, count);
     }

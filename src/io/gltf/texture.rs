@@ -133,8 +133,11 @@ impl<'f> Images<'f> {
             .get(info.index)
             .ok_or_else(|| format!("texture {} of {}", info.index, all.len()))?;
         let number = |value: Option<&Value>| value.and_then(Value::as_u64);
-        let webp = texture.pointer("/extensions/EXT_texture_webp/source");
-        let image = number(webp).or(number(texture.get("source")));
+        let of = |name| number(texture.pointer(&format!("/extensions/{name}/source")));
+        let basis = of("KHR_texture_basisu");
+        let image = basis.filter(|_| cfg!(feature = "ktx2"));
+        let image = image.or(of("EXT_texture_webp"));
+        let image = image.or(number(texture.get("source"))).or(basis);
         let image = image.ok_or("texture of an unknown kind of image")? as usize;
         let image = self.image(image, used)?;
         let named = texture.get("sampler").filter(|named| !named.is_null());

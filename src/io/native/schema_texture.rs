@@ -9,7 +9,7 @@ use serde::Deserialize;
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Texture {
-    /// A picture (.png, .jpg, .webp), relative to this file.
+    /// A picture (.png, .jpg, .webp; .ktx2 by a feature), relative to this file.
     pub file: At<String>,
     /// What is beyond the picture's edges; `repeat` if absent.
     pub wrap: Option<Wrap>,

@@ -264,7 +264,7 @@ fn a_broken_image_is_one_kind_for_all_materials() {
     let loaded = with_images(&[], mtl, &["a", "b"]);
     assert_eq!(
         loaded.warning.unwrap(),
-        "not imported: 2 × texture (m.mtl: it is no PNG, JPEG or WebP file)"
+        "not imported: 2 × texture (m.mtl: it is no PNG, JPEG, WebP or KTX2 file)"
     );
 }
 

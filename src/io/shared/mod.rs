@@ -9,6 +9,8 @@ pub mod child;
 pub mod folder;
 pub mod images;
 pub mod import_report;
+#[cfg(feature = "ktx2")]
+mod ktx2;
 pub mod leftovers;
 pub mod line_column;
 pub mod merge_meshes;

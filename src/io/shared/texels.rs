@@ -1,4 +1,4 @@
-//! Image files as textures: PNG, JPEG and WebP, decoded within limits.
+//! Image files as textures: PNG, JPEG, WebP and KTX2, decoded within limits.
 
 use super::images::too_large;
 use crate::scene::{Texels, linear_from_srgb};
@@ -7,10 +7,13 @@ use std::io::Cursor;
 use std::ops::Range;
 
 /// The longest side of a texture.
-const LONGEST: u32 = 32_768;
+pub(super) const LONGEST: u32 = 32_768;
 
 /// Bytes that a decoder may take beside the texels.
 const BESIDE_TEXELS: u64 = 1 << 28;
+
+/// What a KTX2 file begins with.
+const KTX2: [u8; 12] = *b"\xABKTX 20\xBB\r\n\x1A\n";
 
 /// What materials read of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -58,34 +61,9 @@ pub fn texture_transform([su, sv]: [f64; 2], turn: f64, offset: [f64; 2]) -> [[f
 /// from `left` before they are decoded, also of a file that turns out to be broken, so that the
 /// time for any number of those is bounded, too.
 pub fn decode(bytes: &[u8], used: ImageUse, left: &mut u64) -> Result<Decoded, String> {
-    let format = match image::guess_format(bytes) {
-        Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP)) => format,
-        _ => return Err("it is no PNG, JPEG or WebP file".into()),
-    };
-    let mut limits = Limits::default();
-    limits.max_image_width = Some(LONGEST);
-    limits.max_image_height = Some(LONGEST);
-    limits.max_alloc = Some(*left + BESIDE_TEXELS);
-    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
-    reader.limits(limits);
-    let decoder = reader.into_decoder().map_err(|e| e.to_string())?;
-    let size: [u32; 2] = decoder.dimensions().into();
-    // Smaller levels are a third of the largest one.
-    let takes = decoder.total_bytes().saturating_mul(4) / 3;
-    *left = left
-        .checked_sub(takes)
-        .ok_or_else(|| too_large(size, takes, *left))?;
-    let picture = DynamicImage::from_decoder(decoder).map_err(|e| e.to_string())?;
-    let (mut texels, channels) = match picture {
-        DynamicImage::ImageLuma8(it) => (Texels::Bytes(it.into_raw()), 1),
-        DynamicImage::ImageLumaA8(it) => (Texels::Bytes(it.into_raw()), 2),
-        DynamicImage::ImageRgb8(it) => (Texels::Bytes(it.into_raw()), 3),
-        DynamicImage::ImageRgba8(it) => (Texels::Bytes(it.into_raw()), 4),
-        DynamicImage::ImageLuma16(it) => (Texels::Words(it.into_raw()), 1),
-        DynamicImage::ImageLumaA16(it) => (Texels::Words(it.into_raw()), 2),
-        DynamicImage::ImageRgb16(it) => (Texels::Words(it.into_raw()), 3),
-        DynamicImage::ImageRgba16(it) => (Texels::Words(it.into_raw()), 4),
-        other => (Texels::Bytes(other.into_rgba8().into_raw()), 4),
+    let (mut texels, channels, size) = match bytes.starts_with(&KTX2) {
+        true => decode_ktx2(bytes, left)?,
+        false => decode_picture(bytes, left)?,
     };
     let had_alpha = has_alpha(&texels, channels);
     let colors = channels - u8::from(channels.is_multiple_of(2));
@@ -105,6 +83,56 @@ pub fn decode(bytes: &[u8], used: ImageUse, left: &mut u64) -> Result<Decoded, S
         size,
         had_alpha,
     })
+}
+
+/// Decoded texels, their channels, and their size.
+type Opened = (Texels, u8, [u32; 2]);
+
+/// Decodes a KTX2 file.
+#[cfg(feature = "ktx2")]
+fn decode_ktx2(bytes: &[u8], left: &mut u64) -> Result<Opened, String> {
+    let (texels, size) = super::ktx2::decode(bytes, left)?;
+    Ok((Texels::Bytes(texels), 4, size))
+}
+
+/// Refuses a KTX2 file.
+#[cfg(not(feature = "ktx2"))]
+fn decode_ktx2(_: &[u8], _: &mut u64) -> Result<Opened, String> {
+    Err("it is a KTX2 file; build Lanecast with --features ktx2 to read it".into())
+}
+
+/// Decodes a PNG, JPEG or WebP file.
+fn decode_picture(bytes: &[u8], left: &mut u64) -> Result<Opened, String> {
+    let format = match image::guess_format(bytes) {
+        Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP)) => format,
+        _ => return Err("it is no PNG, JPEG, WebP or KTX2 file".into()),
+    };
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(LONGEST);
+    limits.max_image_height = Some(LONGEST);
+    limits.max_alloc = Some(*left + BESIDE_TEXELS);
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    reader.limits(limits);
+    let decoder = reader.into_decoder().map_err(|e| e.to_string())?;
+    let size: [u32; 2] = decoder.dimensions().into();
+    // Smaller levels are a third of the largest one.
+    let takes = decoder.total_bytes().saturating_mul(4) / 3;
+    *left = left
+        .checked_sub(takes)
+        .ok_or_else(|| too_large(size, takes, *left))?;
+    let picture = DynamicImage::from_decoder(decoder).map_err(|e| e.to_string())?;
+    let (texels, channels) = match picture {
+        DynamicImage::ImageLuma8(it) => (Texels::Bytes(it.into_raw()), 1),
+        DynamicImage::ImageLumaA8(it) => (Texels::Bytes(it.into_raw()), 2),
+        DynamicImage::ImageRgb8(it) => (Texels::Bytes(it.into_raw()), 3),
+        DynamicImage::ImageRgba8(it) => (Texels::Bytes(it.into_raw()), 4),
+        DynamicImage::ImageLuma16(it) => (Texels::Words(it.into_raw()), 1),
+        DynamicImage::ImageLumaA16(it) => (Texels::Words(it.into_raw()), 2),
+        DynamicImage::ImageRgb16(it) => (Texels::Words(it.into_raw()), 3),
+        DynamicImage::ImageRgba16(it) => (Texels::Words(it.into_raw()), 4),
+        other => (Texels::Bytes(other.into_rgba8().into_raw()), 4),
+    };
+    Ok((texels, channels, size))
 }
 
 /// Says whether texels have an alpha that is not 1 everywhere.

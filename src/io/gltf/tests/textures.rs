@@ -245,7 +245,7 @@ fn images_that_are_broken_or_absent_are_left_out_with_a_reason() {
     let warning = load(&d, &bin).unwrap().1.unwrap();
     assert_eq!(
         warning,
-        "not imported: 6 × texture (image 0: it is no PNG, JPEG or WebP file)"
+        "not imported: 6 × texture (image 0: it is no PNG, JPEG, WebP or KTX2 file)"
     );
     // So are images of one file that there is not.
     let absent = json!({"uri": "no_such_file.png"});

@@ -16,6 +16,7 @@ mod smooth;
 mod textured;
 mod textured_files;
 mod textured_solids;
+mod textured_lamps;
 
 #[global_allocator]
 static ALLOCATOR: allocations::Counting = allocations::Counting;

@@ -226,8 +226,7 @@ impl Textures {
         self.of(material).is_some_and(|row| row.has(Slot::Emission))
     }
 
-    /// Says whether a material shines differently from place to place, so that light sampling
-    /// cannot aim at it.
+    /// Says whether a material shines differently from place to place.
     pub fn varies_emission(&self, material: MaterialId) -> bool {
         let varies =
             |row: TexturedMaterial| row.has(Slot::Emission) || row.texturing.alpha != Alpha::Opaque;

@@ -21,6 +21,7 @@ mod spot;
 mod state;
 mod textured;
 
+mod textured_emitters;
 pub use cache::{
     CacheUse, Irradiance, IrradianceRecord, Missed, SECTORS, UseMode, sector_direction,
 };

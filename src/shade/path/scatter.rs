@@ -83,8 +83,9 @@ impl PathTracer<'_> {
         }
         let is_probe = matches!(&self.cache, Some(cache) if cache.mode == UseMode::Probe);
         if !look.bsdf.only_delta && !self.luminaires.emitters.is_empty() && !is_probe {
-            let numbers = self.sampler.pad(keys, samples, 3 + 2 * depth);
-            self.aim(wave, look, &spot, numbers, (buffer, lights));
+            let random = self.sampler.pad(keys, samples, 3 + 2 * depth);
+            let at = (numbers, depth);
+            self.aim((wave, at), look, &spot, random, (buffer, lights));
         }
         let sampled = look
             .bsdf
@@ -117,7 +118,7 @@ impl PathTracer<'_> {
     /// Queues the rays towards a light.
     fn aim(
         &self,
-        wave: &Paths,
+        (wave, at): (&Paths, (SampleNumbers, u32)),
         look: &Look,
         spot: &Spot,
         [u, v, pick, _]: [Singles; 4],
@@ -151,8 +152,10 @@ impl PathTracer<'_> {
         let one = Singles::splat(1.0);
         let part = Lanes::select(light.delta, one, share(light.pdf, found.pdf));
         let part = part / light.pdf;
-        let [r, g, b]: [Singles; 3] =
-            std::array::from_fn(|k| found.value[k] * light.radiance[k] * part);
+        let from = |lane: usize| [start.x, start.y, start.z].map(|x| x.lane(lane)).into();
+        let radiance =
+            self.sampled_radiance((&light, found.pdf), (wave, buffer), (spot, rows), at, from);
+        let [r, g, b]: [Singles; 3] = std::array::from_fn(|k| found.value[k] * radiance[k] * part);
         let weight = Vec3::new(
             spot.throughput.x * r,
             spot.throughput.y * g,

@@ -96,6 +96,9 @@ pub(super) struct Passing<'b> {
     rays: RayQueue<'b>,
     hits: HitColumns<'b>,
     /// The rest of each ray's random number; negative before it is drawn.
+/// Those for textures of sampled lights lie behind those for textures of hits.
+const LIGHT_TEXTURE_PADS: u32 = 1 << 17;
+
     rest: ArenaVec<'b, f32>,
 }
 
@@ -138,7 +141,12 @@ impl PathTracer<'_> {
     }
 
     /// Returns a ray's cone where it meets a surface.
-    fn cone_at(&self, wave: &Paths, (buffer, hit): (&HitBuffer, usize), ray: usize) -> Cone {
+    pub(super) fn cone_at(
+        &self,
+        wave: &Paths,
+        (buffer, hit): (&HitBuffer, usize),
+        ray: usize,
+    ) -> Cone {
         let Some(cones) = &wave.cones else {
             return Cone {
                 width: 0.0,
@@ -189,6 +197,13 @@ impl PathTracer<'_> {
         let own = look.bsdf.looks::<f32>();
         for (i, hit) in hits.iter().enumerate() {
             if i > 0 && hits[i] == hits[i - 1] {
+    /// Returns the random numbers of the look-up at a sampled point of a light.
+    pub(super) fn light_picks(&self, key: u32, sample: u32, depth: u32) -> [f32; 2] {
+        let pad = LIGHT_TEXTURE_PADS + depth;
+        let [texel, level, ..] = self.sampler.pad_one(key, sample, pad);
+        [texel, level]
+    }
+
                 for column in color.iter_mut().chain([&mut metallic, &mut roughness]) {
                     column[i] = column[i - 1];
                 }
@@ -267,16 +282,29 @@ impl PathTracer<'_> {
     ) -> Rgb {
         let scene = &self.world.scene;
         let at = self.looked_up(at, wave, (buffer, hit as u32));
-        let mut shown = look.material.emission;
-        for (slot, texture) in &varied.refs {
-            if *slot == Slot::Emission {
-                let texel = look_up(scene, texture, at.place, at.footprint);
-                shown = std::array::from_fn(|k| shown[k] * texel[k]);
-            }
-        }
+        let mut shown = self.emission_at((look, varied), at.place, at.footprint);
         if look.material.layers.unlit {
             let color = at.base_color(scene, &varied.row(), look.material.base_color);
-            shown = std::array::from_fn(|k| shown[k] + color[k]);
+            let opacity = look.material.layers.opacity;
+            shown = std::array::from_fn(|k| shown[k] + color[k] * opacity);
+        }
+        shown
+    }
+
+    /// Returns the emission of a material at a place; holes do not shine.
+    pub(super) fn emission_at(
+        &self,
+        (look, varied): (&Look, &Varied),
+        place: &Place,
+        footprint: Footprint,
+    ) -> Rgb {
+        let opacity = look.material.layers.opacity;
+        let mut shown = look.material.emission.map(|c| c * opacity);
+        for (slot, texture) in &varied.refs {
+            if *slot == Slot::Emission {
+                let texel = look_up(&self.world.scene, texture, place, footprint);
+                shown = std::array::from_fn(|k| shown[k] * texel[k]);
+            }
         }
         shown
     }

@@ -29,8 +29,8 @@ pub(super) struct Imported {
     pub id: Option<MaterialId>,
     /// The number of sets of texture coordinates that its textures refer to.
     pub sets: u8,
-    /// The set of the normal map, if there is one.
-    pub normal_set: Option<u8>,
+    /// The set that tangents are made of, where a normal map or a stretch needs them.
+    pub tangent_set: Option<u8>,
     /// Whether colours of vertices scale it.
     pub vertex_color: bool,
 }
@@ -83,18 +83,26 @@ pub(super) fn import(
             vertex_color: colored[row],
             normal_scale: number(json, "/normalTexture/scale").unwrap_or(1.0),
             film_least: number(json, FILM_LEAST).unwrap_or(100.0),
+            coat_normal_scale: number(json, &format!("{COAT_NORMAL}/scale")).unwrap_or(1.0),
+            follows_tangents: material.layers.anisotropy > 0.0,
             ..Texturing::default()
         };
         let id = scene.material(&name, material);
-        if !textured.refs.is_empty() || colored[row] {
+        if !textured.refs.is_empty() || colored[row] || texturing.follows_tangents {
             scene.texture(id, texturing, &textured.refs);
         }
         let sets = textured.refs.iter().map(|(_, of)| of.uv_set + 1);
-        let normal = textured.refs.iter().find(|(slot, _)| *slot == Slot::Normal);
+        // The specification asks for the same set in all three, if they need tangents.
+        let of_slot = |slot: Slot| textured.refs.iter().find(|(of, _)| *of == slot);
+        let bent = of_slot(Slot::Normal).or(of_slot(Slot::ClearcoatNormal));
+        let bent = bent.or(of_slot(Slot::Anisotropy)).map(|(_, of)| of.uv_set);
+        let tangent_set = bent.or(texturing.follows_tangents.then_some(0));
+        let tangent_set = tangent_set.filter(|_| needs_tangents(&textured.refs, &texturing));
+        let sets = sets.chain(tangent_set.map(|set| set + 1));
         rows.push(Imported {
             id: Some(id),
             sets: sets.max().unwrap_or(0).max(u8::from(file.keeps_uvs)),
-            normal_set: normal.map(|(_, of)| of.uv_set),
+            tangent_set,
             vertex_color: colored[row],
         });
     }
@@ -118,6 +126,12 @@ pub(super) fn import(
 
 /// Says of each material whether primitives of it have colours of vertices, and whether some do
 /// that have no material.
+/// Says whether meshes of a material need tangents.
+fn needs_tangents(refs: &[(Slot, TextureRef)], texturing: &Texturing) -> bool {
+    let is_bent = |slot: Slot| matches!(slot, Slot::Normal | Slot::ClearcoatNormal);
+    texturing.follows_tangents || refs.iter().any(|(slot, _)| is_bent(*slot))
+}
+
 fn with_vertex_colors(file: &File) -> (Vec<bool>, bool) {
     let mut colored = vec![false; file.root.materials.len()];
     let mut unnamed = false;
@@ -151,7 +165,7 @@ struct Textured {
 }
 
 /// Where a material's textures stand, and what they scale.
-const TEXTURES: [(&str, Slot); 16] = [
+const TEXTURES: [(&str, Slot); 17] = [
     ("/pbrMetallicRoughness/baseColorTexture", Slot::BaseColor),
     (
         "/pbrMetallicRoughness/metallicRoughnessTexture",
@@ -177,6 +191,7 @@ const TEXTURES: [(&str, Slot); 16] = [
     ),
     (
         "/extensions/KHR_materials_sheen/sheenColorTexture",
+    (COAT_NORMAL, Slot::ClearcoatNormal),
         Slot::SheenColor,
     ),
     (
@@ -210,12 +225,8 @@ const TEXTURES: [(&str, Slot); 16] = [
 ];
 
 /// Textures that are not imported.
-const UNREAD: [(&str, &str); 3] = [
+const UNREAD: [(&str, &str); 2] = [
     ("/occlusionTexture", "occlusion texture"),
-    (
-        "/extensions/KHR_materials_clearcoat/clearcoatNormalTexture",
-        "normal map of a clear coat",
-    ),
     (
         "/extensions/KHR_materials_volume/thicknessTexture",
         "thickness texture",
@@ -223,6 +234,8 @@ const UNREAD: [(&str, &str); 3] = [
 ];
 
 const FILM_LEAST: &str = "/extensions/KHR_materials_iridescence/iridescenceThicknessMinimum";
+
+const COAT_NORMAL: &str = "/extensions/KHR_materials_clearcoat/clearcoatNormalTexture";
 
 fn number(json: &Value, place: &str) -> Option<f32> {
     let number = json.pointer(place).and_then(Value::as_f64);

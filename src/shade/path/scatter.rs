@@ -35,8 +35,14 @@ impl PathTracer<'_> {
             return;
         }
         let mut spot = Spot::new((wave, buffer), look, hits, count);
+        if look.follows_tangents {
+            spot.follow_tangents(buffer);
+        }
         if let Some(varied) = &look.varied {
             spot.looks = self.looks_at((look, varied), (numbers, depth), wave, (buffer, hits));
+        }
+        if look.bends_coat {
+            spot.looks.coat_normal = Some(spot.coat_normals(buffer));
         }
         if buffer.wants_lift && !look.bsdf.transmits {
             let lift = spot.lifted - spot.point;
@@ -239,7 +245,8 @@ impl PathTracer<'_> {
         // behind is weighed by the densities there.
         let straight = if thin { delta & through } else { 0 };
         let mut dir: Vec3<Doubles> = widen(spot.frame.world_from_local(sampled.into));
-        if delta != 0 {
+        // Where coat and base have normals of their own, each mirrors about its own.
+        if delta != 0 && spot.looks.coat_normal.is_none() {
             let exact = spot.mirrored_or_bent(through, thin);
             dir = Vec3::select(DoubleMask::from_bits(delta), exact, dir);
         }

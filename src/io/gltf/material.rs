@@ -6,6 +6,7 @@
 //! scene's check refuses values out of range, and names the material.
 
 use super::File;
+use super::environment;
 use super::texture::Images;
 use super::variant::material_in;
 use crate::scene::{
@@ -82,22 +83,22 @@ pub(super) fn import(
             ),
             vertex_color: colored[row],
             normal_scale: number(json, "/normalTexture/scale").unwrap_or(1.0),
-            film_least: number(json, FILM_LEAST).unwrap_or(100.0),
             coat_normal_scale: number(json, &format!("{COAT_NORMAL}/scale")).unwrap_or(1.0),
             follows_tangents: material.layers.anisotropy > 0.0,
+            film_least: number(json, FILM_LEAST).unwrap_or(100.0),
             ..Texturing::default()
         };
         let id = scene.material(&name, material);
         if !textured.refs.is_empty() || colored[row] || texturing.follows_tangents {
             scene.texture(id, texturing, &textured.refs);
         }
-        let sets = textured.refs.iter().map(|(_, of)| of.uv_set + 1);
         // The specification asks for the same set in all three, if they need tangents.
         let of_slot = |slot: Slot| textured.refs.iter().find(|(of, _)| *of == slot);
         let bent = of_slot(Slot::Normal).or(of_slot(Slot::ClearcoatNormal));
         let bent = bent.or(of_slot(Slot::Anisotropy)).map(|(_, of)| of.uv_set);
         let tangent_set = bent.or(texturing.follows_tangents.then_some(0));
         let tangent_set = tangent_set.filter(|_| needs_tangents(&textured.refs, &texturing));
+        let sets = textured.refs.iter().map(|(_, of)| of.uv_set + 1);
         let sets = sets.chain(tangent_set.map(|set| set + 1));
         rows.push(Imported {
             id: Some(id),
@@ -121,17 +122,18 @@ pub(super) fn import(
     });
     let mut unnamed = unnamed.unwrap_or_default();
     unnamed.sets = u8::from(file.keeps_uvs);
+    environment::import(file, &mut images, scene, report);
     Ok(Materials { rows, unnamed })
 }
 
-/// Says of each material whether primitives of it have colours of vertices, and whether some do
-/// that have no material.
 /// Says whether meshes of a material need tangents.
 fn needs_tangents(refs: &[(Slot, TextureRef)], texturing: &Texturing) -> bool {
     let is_bent = |slot: Slot| matches!(slot, Slot::Normal | Slot::ClearcoatNormal);
     texturing.follows_tangents || refs.iter().any(|(slot, _)| is_bent(*slot))
 }
 
+/// Says of each material whether primitives of it have colours of vertices, and whether some do
+/// that have no material.
 fn with_vertex_colors(file: &File) -> (Vec<bool>, bool) {
     let mut colored = vec![false; file.root.materials.len()];
     let mut unnamed = false;
@@ -189,9 +191,9 @@ const TEXTURES: [(&str, Slot); 17] = [
         "/extensions/KHR_materials_clearcoat/clearcoatRoughnessTexture",
         Slot::ClearcoatRoughness,
     ),
+    (COAT_NORMAL, Slot::ClearcoatNormal),
     (
         "/extensions/KHR_materials_sheen/sheenColorTexture",
-    (COAT_NORMAL, Slot::ClearcoatNormal),
         Slot::SheenColor,
     ),
     (
@@ -233,9 +235,9 @@ const UNREAD: [(&str, &str); 2] = [
     ),
 ];
 
-const FILM_LEAST: &str = "/extensions/KHR_materials_iridescence/iridescenceThicknessMinimum";
-
 const COAT_NORMAL: &str = "/extensions/KHR_materials_clearcoat/clearcoatNormalTexture";
+
+const FILM_LEAST: &str = "/extensions/KHR_materials_iridescence/iridescenceThicknessMinimum";
 
 fn number(json: &Value, place: &str) -> Option<f32> {
     let number = json.pointer(place).and_then(Value::as_f64);

@@ -16,6 +16,7 @@ mod animation;
 mod buffers;
 mod camera;
 mod container;
+mod environment;
 mod light;
 mod material;
 mod mesh;

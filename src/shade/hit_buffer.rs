@@ -27,6 +27,8 @@ pub struct HitBuffer<'b> {
     /// From the hit to the surface that vertex normals suggest, where it is asked for.
     pub lift: Column3<'b, Doubles>,
     pub wants_lift: bool,
+    /// The normals of coats, where they are kept.
+    pub coat_ns: Column3<'b, Doubles>,
     /// Where hits lie on images, where textures are asked for.
     pub places: ArenaVec<'b, Place>,
     pub wants_places: bool,
@@ -52,6 +54,7 @@ impl<'b> HitBuffer<'b> {
             incoming: columns(),
             lift: Column3::with_capacity(0, arena),
             wants_lift: false,
+            coat_ns: Column3::with_capacity(0, arena),
             places: ArenaVec::new_in(arena),
             wants_places: false,
             spots: ArenaVec::new_in(arena),
@@ -137,10 +140,24 @@ impl<'b> HitBuffer<'b> {
         }
     }
 
-    /// Pads the shading normals again, after some of them are changed.
-    pub fn finish_normals(&mut self) {
+    /// Keeps the shading normals as those of coats, before normal maps change the others.
+    pub fn keep_coat_normals(&mut self) {
+        self.coat_ns.truncate(0);
+        self.coat_ns
+            .resize(self.len.next_multiple_of(STEP), [0.0; 3]);
+        for hit in 0..self.len {
+            self.coat_ns.set(hit, self.ns.row(hit));
+        }
+    }
+
+    /// Pads the shading normals again, after some of them are changed, and those of
+    /// coats where they are kept.
+    pub fn finish_normals(&mut self, has_coats: bool) {
         let len = self.len;
         self.ns.repeat_last(len);
+        if has_coats {
+            self.coat_ns.repeat_last(len);
+        }
     }
 
     /// Asks for what a scene's textures and patterns are looked up by.

@@ -140,6 +140,45 @@ pub fn look_up(
     sample((textures, image), texture, at, (level, footprint.pick))
 }
 
+/// Returns about the mean of a texture over a triangle of a mesh, by its row of attributes: of
+/// up to 16 equal parts, each of the level whose texels are as large as the part.
+pub fn mean_over(
+    scene: &Tables,
+    texture: &TextureRef,
+    (attributes, triangle): (u32, u32),
+) -> [f32; 4] {
+    /// The parts along a side of the triangle.
+    const PARTS: u32 = 4;
+    let at = |x: u32, y: u32, third: u32| {
+        let along = |n: u32| f64::from(3 * n + third) / f64::from(3 * PARTS);
+        let place = Place {
+            attributes,
+            triangle,
+            weights: [along(x), along(y)],
+            // Of texture coordinates alone, which is all that the level depends on.
+            area: 1.0,
+            ..Place::NOWHERE
+        };
+        let footprint = Footprint {
+            width: 1.0 / PARTS as f32,
+            pick: None,
+        };
+        look_up(scene, texture, &place, footprint)
+    };
+    let mut sum = [0.0; 4];
+    for x in 0..PARTS {
+        for y in 0..PARTS - x {
+            // The part that is like the whole, and the one between it and its neighbours.
+            let is_between = x + y + 1 < PARTS;
+            for third in 1..=1 + u32::from(is_between) {
+                let texel = at(x, y, third);
+                sum = std::array::from_fn(|k| sum[k] + texel[k]);
+            }
+        }
+    }
+    sum.map(|sum| sum / (PARTS * PARTS) as f32)
+}
+
 /// Returns the level whose texels are about as wide as a cone (Akenine-Möller et al. 2021,
 /// "Improved Shader and Texture Level of Detail Using Ray Cones").
 fn level_of(

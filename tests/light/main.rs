@@ -10,11 +10,13 @@ mod inspections;
 mod layers;
 mod lenses;
 mod media;
+mod normal_maps;
 mod pictures;
 mod sampling;
 mod smooth;
 mod textured;
 mod textured_files;
+mod textured_lamps;
 mod textured_solids;
 
 #[global_allocator]

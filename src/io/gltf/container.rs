@@ -19,7 +19,8 @@ use std::path::Path;
 
 /// Extensions that are imported, or concern only textures, which are counted where they are
 /// not.
-const KNOWN_EXTENSIONS: [&str; 22] = [
+const KNOWN_EXTENSIONS: [&str; 23] = [
+    "EXT_lights_image_based",
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "KHR_node_visibility",

@@ -6,6 +6,7 @@
 //! scene's check refuses values out of range, and names the material.
 
 use super::File;
+use super::environment;
 use super::texture::Images;
 use super::variant::material_in;
 use crate::scene::{
@@ -29,8 +30,8 @@ pub(super) struct Imported {
     pub id: Option<MaterialId>,
     /// The number of sets of texture coordinates that its textures refer to.
     pub sets: u8,
-    /// The set of the normal map, if there is one.
-    pub normal_set: Option<u8>,
+    /// The set that tangents are made of, where a normal map or a stretch needs them.
+    pub tangent_set: Option<u8>,
     /// Whether colours of vertices scale it.
     pub vertex_color: bool,
 }
@@ -82,19 +83,27 @@ pub(super) fn import(
             ),
             vertex_color: colored[row],
             normal_scale: number(json, "/normalTexture/scale").unwrap_or(1.0),
+            coat_normal_scale: number(json, &format!("{COAT_NORMAL}/scale")).unwrap_or(1.0),
+            follows_tangents: material.layers.anisotropy > 0.0,
             film_least: number(json, FILM_LEAST).unwrap_or(100.0),
             ..Texturing::default()
         };
         let id = scene.material(&name, material);
-        if !textured.refs.is_empty() || colored[row] {
+        if !textured.refs.is_empty() || colored[row] || texturing.follows_tangents {
             scene.texture(id, texturing, &textured.refs);
         }
+        // The specification asks for the same set in all three, if they need tangents.
+        let of_slot = |slot: Slot| textured.refs.iter().find(|(of, _)| *of == slot);
+        let bent = of_slot(Slot::Normal).or(of_slot(Slot::ClearcoatNormal));
+        let bent = bent.or(of_slot(Slot::Anisotropy)).map(|(_, of)| of.uv_set);
+        let tangent_set = bent.or(texturing.follows_tangents.then_some(0));
+        let tangent_set = tangent_set.filter(|_| needs_tangents(&textured.refs, &texturing));
         let sets = textured.refs.iter().map(|(_, of)| of.uv_set + 1);
-        let normal = textured.refs.iter().find(|(slot, _)| *slot == Slot::Normal);
+        let sets = sets.chain(tangent_set.map(|set| set + 1));
         rows.push(Imported {
             id: Some(id),
             sets: sets.max().unwrap_or(0).max(u8::from(file.keeps_uvs)),
-            normal_set: normal.map(|(_, of)| of.uv_set),
+            tangent_set,
             vertex_color: colored[row],
         });
     }
@@ -113,7 +122,14 @@ pub(super) fn import(
     });
     let mut unnamed = unnamed.unwrap_or_default();
     unnamed.sets = u8::from(file.keeps_uvs);
+    environment::import(file, &mut images, scene, report);
     Ok(Materials { rows, unnamed })
+}
+
+/// Says whether meshes of a material need tangents.
+fn needs_tangents(refs: &[(Slot, TextureRef)], texturing: &Texturing) -> bool {
+    let is_bent = |slot: Slot| matches!(slot, Slot::Normal | Slot::ClearcoatNormal);
+    texturing.follows_tangents || refs.iter().any(|(slot, _)| is_bent(*slot))
 }
 
 /// Says of each material whether primitives of it have colours of vertices, and whether some do
@@ -151,7 +167,7 @@ struct Textured {
 }
 
 /// Where a material's textures stand, and what they scale.
-const TEXTURES: [(&str, Slot); 16] = [
+const TEXTURES: [(&str, Slot); 17] = [
     ("/pbrMetallicRoughness/baseColorTexture", Slot::BaseColor),
     (
         "/pbrMetallicRoughness/metallicRoughnessTexture",
@@ -175,6 +191,7 @@ const TEXTURES: [(&str, Slot); 16] = [
         "/extensions/KHR_materials_clearcoat/clearcoatRoughnessTexture",
         Slot::ClearcoatRoughness,
     ),
+    (COAT_NORMAL, Slot::ClearcoatNormal),
     (
         "/extensions/KHR_materials_sheen/sheenColorTexture",
         Slot::SheenColor,
@@ -210,17 +227,15 @@ const TEXTURES: [(&str, Slot); 16] = [
 ];
 
 /// Textures that are not imported.
-const UNREAD: [(&str, &str); 3] = [
+const UNREAD: [(&str, &str); 2] = [
     ("/occlusionTexture", "occlusion texture"),
-    (
-        "/extensions/KHR_materials_clearcoat/clearcoatNormalTexture",
-        "normal map of a clear coat",
-    ),
     (
         "/extensions/KHR_materials_volume/thicknessTexture",
         "thickness texture",
     ),
 ];
+
+const COAT_NORMAL: &str = "/extensions/KHR_materials_clearcoat/clearcoatNormalTexture";
 
 const FILM_LEAST: &str = "/extensions/KHR_materials_iridescence/iridescenceThicknessMinimum";
 

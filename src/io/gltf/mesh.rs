@@ -119,7 +119,7 @@ pub(super) fn read(
             let message = format!("vertex {row} is not finite: {at:?}");
             return Err(file.invalid(&format!("{place}, POSITION"), &message));
         }
-        if material.normal_set.is_some() && !state.is_key {
+        if material.tangent_set.is_some() && !state.is_key {
             let moved = state.pose.is_some() || state.weights.iter().any(|w| *w != 0.0);
             let of = (primitive, &material, moved);
             add_tangents(file, of, (&mut mesh, first, vertices), &place)?;
@@ -166,7 +166,8 @@ fn is_finite(mesh: &MeshData, vertex: u32) -> bool {
         .all(|x| x.is_finite())
 }
 
-/// Appends the tangents of the triangles from `first` on, which a normal map needs.
+/// Appends the tangents of the triangles from `first` on, which normal maps and stretched
+/// highlights need.
 fn add_tangents(
     file: &File,
     (primitive, material, moved): (&Primitive, &Imported, bool),
@@ -174,7 +175,7 @@ fn add_tangents(
     place: &str,
 ) -> Result<(), LoadError> {
     let attribute = |s| primitive.attributes.get(&Checked::Valid(s)).copied();
-    let set = material.normal_set.unwrap_or_default();
+    let set = material.tangent_set.unwrap_or_default();
     let found = attribute(Semantic::Tangents).filter(|_| vertices.normals && !moved);
     let tangents = match found {
         Some(id) => {

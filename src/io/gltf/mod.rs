@@ -18,6 +18,7 @@ mod camera;
 mod container;
 #[cfg(feature = "draco")]
 mod draco;
+mod environment;
 mod light;
 mod material;
 mod mesh;

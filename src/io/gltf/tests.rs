@@ -1,6 +1,7 @@
 //! Tests with tiny documents built in memory: their builders, whole meshes, and files.
 
 mod accessors;
+mod extensions;
 mod materials;
 mod nodes;
 mod textures;

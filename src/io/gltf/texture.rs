@@ -20,11 +20,14 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// The lists of a document that textures are made of, and its materials as they are written.
+/// The lists of a document that textures are made of, and its materials, scenes and extensions as
+/// they are written.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 pub(super) struct Sources {
     pub materials: Vec<Value>,
+    pub scenes: Vec<Value>,
+    pub extensions: Value,
     textures: Vec<Value>,
     images: Vec<Value>,
     samplers: Vec<Value>,
@@ -169,7 +172,7 @@ impl<'f> Images<'f> {
     }
 
     /// Returns an image. Fails with the place that was the first to need it, and what is wrong.
-    fn image(&mut self, number: usize, used: ImageUse) -> Result<Arc<Image>, String> {
+    pub fn image(&mut self, number: usize, used: ImageUse) -> Result<Arc<Image>, String> {
         if let Some(known) = self.known.get(&(number, used)) {
             return known.clone();
         }

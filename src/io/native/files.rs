@@ -276,6 +276,8 @@ fn keep_groups(views: &Surroundings, since: &RowCounts, scene: &mut SceneBuilder
 fn count_left_out(views: &Surroundings, scene: &SceneBuilder, report: &mut ImportReport) {
     let background = usize::from(is_seen(views.background));
     report.add_many("background of a placed file", background);
+    let environment = usize::from(views.environment.is_some());
+    report.add_many("environment of a placed file", environment);
     let own = &scene.tables().seconds;
     let other_pace = views.seconds != *own && views.seconds != Default::default();
     report.add_many("seconds of a placed file", usize::from(other_pace));

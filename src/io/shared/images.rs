@@ -14,8 +14,42 @@ use std::hash::BuildHasher;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Bytes that the decoded images of a scene may take, smaller levels included.
-const MOST_BYTES: u64 = 1 << 30;
+/// Bytes that the decoded images of a scene may take whatever the size of their files, smaller
+/// levels included.
+const FREE_BYTES: u64 = 1 << 30;
+
+/// Bytes that each byte of an image's file justifies beside those: JPEG files of photographs take a
+/// bit a number and more, and a third is for smaller levels.
+const BYTES_A_FILE_BYTE: u64 = 40;
+
+/// The longest file of an image, in bytes.
+const LONGEST_FILE: u64 = 1 << 30;
+
+/// Bytes that the decoded images of a scene may take.
+#[derive(Clone, Copy, Debug)]
+pub struct Budget {
+    /// Those that are left.
+    pub left: u64,
+    all: u64,
+}
+
+impl Default for Budget {
+    fn default() -> Budget {
+        Budget {
+            left: FREE_BYTES,
+            all: FREE_BYTES,
+        }
+    }
+}
+
+impl Budget {
+    /// Adds what a file of some bytes justifies.
+    fn add_file(&mut self, bytes: usize) {
+        let more = (bytes as u64).saturating_mul(BYTES_A_FILE_BYTE);
+        self.left = self.left.saturating_add(more);
+        self.all = self.all.saturating_add(more);
+    }
+}
 
 /// Why an image is none, and the place that was the first to need it.
 #[derive(Clone, Debug)]
@@ -41,8 +75,7 @@ pub struct ImageStore {
     by_file: HashMap<(PathBuf, ImageUse), Found>,
     by_bytes: HashMap<(Digest, ImageUse), Found>,
     hashes: [RandomState; 2],
-    /// Bytes that images may still take.
-    left: u64,
+    budget: Budget,
 }
 
 impl Default for ImageStore {
@@ -51,7 +84,7 @@ impl Default for ImageStore {
             by_file: HashMap::new(),
             by_bytes: HashMap::new(),
             hashes: [RandomState::new(), RandomState::new()],
-            left: MOST_BYTES,
+            budget: Budget::default(),
         }
     }
 }
@@ -83,8 +116,9 @@ impl ImageStore {
         if let Some(known) = self.by_bytes.get(&(digest, used)) {
             return known.clone();
         }
-        let before = self.left;
-        let decoded = decode(bytes, used, &mut self.left);
+        self.budget.add_file(bytes.len());
+        let before = self.budget.left;
+        let decoded = decode(bytes, used, &mut self.budget);
         let found = decoded.map_err(|why| BrokenImage {
             first: place.into(),
             why: one_line(&why),
@@ -93,7 +127,7 @@ impl ImageStore {
             let had_alpha = it.had_alpha;
             let image = Image::new(it.texels, it.channels, used.is_color(), it.size);
             // What was dropped is given back.
-            self.left = before.saturating_sub(image.bytes() as u64);
+            self.budget.left = before.saturating_sub(image.bytes() as u64);
             (Arc::new(image), had_alpha)
         });
         if let Ok((image, false)) = &found {
@@ -116,11 +150,11 @@ impl ImageStore {
 /// Reads the bytes of an image's file. Fails with the reason.
 fn read_image_file(path: &Path) -> Result<Vec<u8>, String> {
     let size = std::fs::metadata(path).map_or(0, |about| about.len());
-    if size > MOST_BYTES {
+    if size > LONGEST_FILE {
         return Err(format!(
             "its file of {} MiB is larger than {} MiB; make it smaller",
             size >> 20,
-            MOST_BYTES >> 20
+            LONGEST_FILE >> 20
         ));
     }
     read_file(path).map_err(|e| match e {
@@ -130,16 +164,16 @@ fn read_image_file(path: &Path) -> Result<Vec<u8>, String> {
 }
 
 /// Says how many MiB an image would take of those that there are.
-pub(super) fn too_large([width, height]: [u32; 2], bytes: u64, left: u64) -> String {
+pub(super) fn too_large([width, height]: [u32; 2], bytes: u64, budget: &Budget) -> String {
     let mib = |bytes: u64| (bytes as f64 / f64::from(1 << 20)).round();
-    let rest = match left < MOST_BYTES {
-        true => format!(", of which {} are left", mib(left).floor()),
+    let rest = match budget.left < budget.all {
+        true => format!(", of which {} are left", mib(budget.left).floor()),
         false => String::new(),
     };
     format!(
-        "{width} × {height} texels take {} MiB, and all images of a scene at most {}{rest}; \
-         make images smaller",
+        "{width} × {height} texels take {} MiB, and all images of a scene at most {} (1024, and \
+         {BYTES_A_FILE_BYTE} times their files){rest}; make images smaller",
         mib(bytes),
-        MOST_BYTES >> 20
+        mib(budget.all),
     )
 }

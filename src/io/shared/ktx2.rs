@@ -1,6 +1,6 @@
 //! KTX2 files of Basis Universal as texels: ETC1S and UASTC, of which level 0 is read.
 
-use super::images::too_large;
+use super::images::{Budget, too_large};
 use super::texels::LONGEST;
 use basisu::ktx2::{BasisFormat, Ktx2Header};
 use basisu::{DecodeFlags, TargetFormat, Transcoder};
@@ -15,8 +15,8 @@ const BLOCK: u64 = 16;
 /// wrong.
 ///
 /// Lengths are checked before the decoder sees the file, and what the texels and their smaller
-/// levels will take is taken from `left`.
-pub(super) fn decode(bytes: &[u8], left: &mut u64) -> Result<(Vec<u8>, [u32; 2]), String> {
+/// levels will take is taken from the budget.
+pub(super) fn decode(bytes: &[u8], budget: &mut Budget) -> Result<(Vec<u8>, [u32; 2]), String> {
     let header = Ktx2Header::parse(bytes);
     let header =
         header.ok_or("it is no KTX2 file of Basis Universal, or its header is malformed")?;
@@ -38,9 +38,8 @@ pub(super) fn decode(bytes: &[u8], left: &mut u64) -> Result<(Vec<u8>, [u32; 2])
     }
     let [width, height] = size.map(u64::from);
     let takes = width * height * 4 * 4 / 3;
-    *left = left
-        .checked_sub(takes)
-        .ok_or_else(|| too_large(size, takes, *left))?;
+    let left = budget.left.checked_sub(takes);
+    budget.left = left.ok_or_else(|| too_large(size, takes, budget))?;
     let level = header.levels.first().ok_or("it has no level")?;
     let parts = [
         (level.byte_offset, level.byte_length),

@@ -74,7 +74,8 @@ pub fn import_with_materials(
             let own = own
                 .finish()
                 .map_err(|source| LoadError::of_scene(path, source))?;
-            let of_normals = |row: &TexturedMaterial| row.has(Slot::Normal);
+            let of_normals =
+                |row: &TexturedMaterial| row.has(Slot::Normal) || row.has(Slot::ClearcoatNormal);
             let count = own.textures.iter().filter(of_normals).count();
             report.add_many("normal map of a merged mesh", count);
             Ok(bake(path, &own)?.add_materials(scene))

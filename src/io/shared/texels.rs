@@ -1,6 +1,6 @@
 //! Image files as textures: PNG, JPEG, WebP and KTX2, decoded within limits.
 
-use super::images::too_large;
+use super::images::{Budget, too_large};
 use crate::scene::{Texels, linear_from_srgb};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use std::io::Cursor;
@@ -58,12 +58,12 @@ pub fn texture_transform([su, sv]: [f64; 2], turn: f64, offset: [f64; 2]) -> [[f
 /// as they are; 16 bits of an sRGB image become linear. Fails with what is wrong.
 ///
 /// What the texels and their smaller levels will take is asked of the file's header and taken
-/// from `left` before they are decoded, also of a file that turns out to be broken, so that the
+/// from the budget before they are decoded, also of a file that turns out to be broken, so that the
 /// time for any number of those is bounded, too.
-pub fn decode(bytes: &[u8], used: ImageUse, left: &mut u64) -> Result<Decoded, String> {
+pub fn decode(bytes: &[u8], used: ImageUse, budget: &mut Budget) -> Result<Decoded, String> {
     let (mut texels, channels, size) = match bytes.starts_with(&KTX2) {
-        true => decode_ktx2(bytes, left)?,
-        false => decode_picture(bytes, left)?,
+        true => decode_ktx2(bytes, budget)?,
+        false => decode_picture(bytes, budget)?,
     };
     let had_alpha = has_alpha(&texels, channels);
     let colors = channels - u8::from(channels.is_multiple_of(2));
@@ -90,19 +90,19 @@ type Opened = (Texels, u8, [u32; 2]);
 
 /// Decodes a KTX2 file.
 #[cfg(feature = "ktx2")]
-fn decode_ktx2(bytes: &[u8], left: &mut u64) -> Result<Opened, String> {
-    let (texels, size) = super::ktx2::decode(bytes, left)?;
+fn decode_ktx2(bytes: &[u8], budget: &mut Budget) -> Result<Opened, String> {
+    let (texels, size) = super::ktx2::decode(bytes, budget)?;
     Ok((Texels::Bytes(texels), 4, size))
 }
 
 /// Refuses a KTX2 file.
 #[cfg(not(feature = "ktx2"))]
-fn decode_ktx2(_: &[u8], _: &mut u64) -> Result<Opened, String> {
+fn decode_ktx2(_: &[u8], _: &mut Budget) -> Result<Opened, String> {
     Err("it is a KTX2 file; build Lanecast with --features ktx2 to read it".into())
 }
 
 /// Decodes a PNG, JPEG or WebP file.
-fn decode_picture(bytes: &[u8], left: &mut u64) -> Result<Opened, String> {
+fn decode_picture(bytes: &[u8], budget: &mut Budget) -> Result<Opened, String> {
     let format = match image::guess_format(bytes) {
         Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP)) => format,
         _ => return Err("it is no PNG, JPEG, WebP or KTX2 file".into()),
@@ -110,16 +110,15 @@ fn decode_picture(bytes: &[u8], left: &mut u64) -> Result<Opened, String> {
     let mut limits = Limits::default();
     limits.max_image_width = Some(LONGEST);
     limits.max_image_height = Some(LONGEST);
-    limits.max_alloc = Some(*left + BESIDE_TEXELS);
+    limits.max_alloc = Some(budget.left + BESIDE_TEXELS);
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     reader.limits(limits);
     let decoder = reader.into_decoder().map_err(|e| e.to_string())?;
     let size: [u32; 2] = decoder.dimensions().into();
     // Smaller levels are a third of the largest one.
     let takes = decoder.total_bytes().saturating_mul(4) / 3;
-    *left = left
-        .checked_sub(takes)
-        .ok_or_else(|| too_large(size, takes, *left))?;
+    let left = budget.left.checked_sub(takes);
+    budget.left = left.ok_or_else(|| too_large(size, takes, budget))?;
     let picture = DynamicImage::from_decoder(decoder).map_err(|e| e.to_string())?;
     let (texels, channels) = match picture {
         DynamicImage::ImageLuma8(it) => (Texels::Bytes(it.into_raw()), 1),

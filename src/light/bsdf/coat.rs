@@ -3,6 +3,7 @@
 use super::albedo::{Albedo, AlbedoRow, mirror_albedo};
 use super::fresnel::schlick;
 use super::microfacet::{Ggx, mirrored_pdf, visibility};
+use crate::sampling::Frame;
 use lanecast_numerics::math::Vec3;
 use lanecast_numerics::math::lanes::{Lanes, max};
 
@@ -21,6 +22,10 @@ pub struct Coat {
 /// What a coat does at one hit.
 #[derive(Clone, Copy, Debug)]
 pub struct CoatHit<L> {
+    /// About the coat's normal, where that is not the base's.
+    pub frame: Option<Frame<L>>,
+    /// Where the ray came from, in that frame.
+    pub out: Vec3<L>,
     pub ggx: Ggx<L>,
     pub stretch: L,
     /// The share with the compensation of multiple scattering.
@@ -39,10 +44,21 @@ impl Coat {
         }
     }
 
-    /// Computes what `out` alone decides. `above` is the weight of what lies above the coat.
+    /// Computes what `out` and the coat's own normal alone decide. `above` is the weight of what
+    /// lies above the coat.
     #[inline(always)]
-    pub fn prepare<L: Lanes<Scalar = f32>>(&self, out: Vec3<L>, above: L) -> CoatHit<L> {
+    pub fn prepare<L: Lanes<Scalar = f32>>(
+        &self,
+        normal: Option<Vec3<L>>,
+        out: Vec3<L>,
+        above: L,
+    ) -> CoatHit<L> {
         let one = L::splat(1.0);
+        let frame = normal.map(Frame::about);
+        let out = match &frame {
+            Some(frame) => super::above(frame.local_from_world(out)),
+            None => out,
+        };
         let Albedo { white, schlick } = if self.smooth {
             mirror_albedo(out.z)
         } else {
@@ -52,6 +68,8 @@ impl Coat {
         let weight = above * L::splat(self.share) * scale;
         let ggx = Ggx::new(L::splat(self.alpha));
         CoatHit {
+            frame,
+            out,
             ggx,
             stretch: ggx.stretch(out),
             weight,
@@ -61,14 +79,15 @@ impl Coat {
 
     /// Returns BRDF · cos of a rough coat and the density of its samples, 0 below the surface.
     #[inline(always)]
-    pub fn eval<L: Lanes<Scalar = f32>>(
-        &self,
-        hit: &CoatHit<L>,
-        out: Vec3<L>,
-        into: Vec3<L>,
-    ) -> (L, L) {
+    pub fn eval<L: Lanes<Scalar = f32>>(&self, hit: &CoatHit<L>, into: Vec3<L>) -> (L, L) {
         let zero = L::zero();
-        let up = into.z.gt(zero);
+        let out = hit.out;
+        let mut up = into.z.gt(zero);
+        let mut into = into;
+        if let Some(frame) = &hit.frame {
+            into = frame.local_from_world(into);
+            up = up & into.z.gt(zero);
+        }
         let half = out + into;
         let squared = max(half.length_squared(), L::splat(f32::MIN_POSITIVE));
         let density = hit.ggx.density(half, squared);

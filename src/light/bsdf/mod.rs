@@ -73,6 +73,8 @@ pub struct Looks<L> {
     pub base_color: [L; 3],
     pub metallic: L,
     pub roughness: L,
+    /// The normal of a coat, where it has one of its own: unit, local, on the side of `out`.
+    pub coat_normal: Option<Vec3<L>>,
 }
 
 /// Whether looks are the same at all hits of a material.
@@ -128,6 +130,7 @@ impl Bsdf {
             base_color: material.base_color.map(clamped),
             metallic: clamped(metallic),
             roughness: clamped(roughness),
+            coat_normal: None,
         };
         let model = match material.model {
             Model::Phong { .. } => Lobes::Phong(Phong::new(material)),
@@ -157,6 +160,7 @@ impl Bsdf {
             base_color: self.looks.base_color.map(L::splat),
             metallic: L::splat(self.looks.metallic),
             roughness: L::splat(self.looks.roughness),
+            coat_normal: None,
         }
     }
 

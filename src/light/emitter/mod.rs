@@ -238,6 +238,23 @@ impl Emitters {
         })
     }
 
+    /// Returns the weights of the second and third corner of a triangle at a point of it, and
+    /// twice its area.
+    pub fn on_triangle(&self, id: u32, point: DVec3) -> ([f64; 2], f64) {
+        let row = &self.rows[id as usize];
+        let [u, v, n, origin] = [row.u, row.v, row.n, row.origin].map(DVec3::from_array);
+        let at = (point - origin) / n.length();
+        let n = n.normalize_or_zero();
+        let weights = [at.cross(v).dot(n), u.cross(at).dot(n)];
+        (weights.map(|x| x.clamp(0.0, 1.0)), u.cross(v).length())
+    }
+
+    /// Returns the cosine between a direction and the normal of a flat emitter, at least 0.
+    pub fn cosine(&self, id: u32, dir: DVec3) -> f64 {
+        let n = DVec3::from_array(self.rows[id as usize].n);
+        dir.normalize_or_zero().dot(n.normalize_or_zero()).abs()
+    }
+
     /// Counts the emitters that are sampled, by kind.
     pub fn counts(&self) -> Vec<(&'static str, usize)> {
         let named = [

@@ -67,6 +67,8 @@ pub enum Slot {
     SpecularColor,
     Clearcoat,
     ClearcoatRoughness,
+    /// As `Normal`, of the coat alone.
+    ClearcoatNormal,
     SheenColor,
     SheenRoughness,
     Transmission,
@@ -94,7 +96,7 @@ impl Slot {
         use Slot::*;
         matches!(
             self,
-            BaseColor | MetallicRoughness | Emission | Normal | Opacity
+            BaseColor | MetallicRoughness | Emission | Normal | Opacity | ClearcoatNormal
         )
     }
 }
@@ -122,6 +124,10 @@ pub struct Texturing {
     pub roughness: Option<PatternId>,
     /// The scale of the x and y of the normal map.
     pub normal_scale: f32,
+    /// That of the coat's own.
+    pub coat_normal_scale: f32,
+    /// Whether the stretch of highlights counts from the tangents of meshes that have some.
+    pub follows_tangents: bool,
     /// The thickness of an iridescent film, in nanometres, where its image is 0.
     pub film_least: f32,
 }
@@ -134,6 +140,8 @@ impl Default for Texturing {
             base_color: None,
             roughness: None,
             normal_scale: 1.0,
+            coat_normal_scale: 1.0,
+            follows_tangents: false,
             film_least: 100.0,
         }
     }
@@ -226,8 +234,7 @@ impl Textures {
         self.of(material).is_some_and(|row| row.has(Slot::Emission))
     }
 
-    /// Says whether a material shines differently from place to place, so that light sampling
-    /// cannot aim at it.
+    /// Says whether a material shines differently from place to place.
     pub fn varies_emission(&self, material: MaterialId) -> bool {
         let varies =
             |row: TexturedMaterial| row.has(Slot::Emission) || row.texturing.alpha != Alpha::Opaque;

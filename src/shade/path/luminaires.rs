@@ -1,9 +1,12 @@
 //! What shines in a scene: its lights, its sky, and the bodies of emissive materials, laid out
 //! for light sampling, with the way back from a hit to the emitter that it lies on.
 
+use super::textured_emitters::{MeanRadiance, TexturedEmitters};
 use crate::light::emitter::{Body, Emitter, Emitters};
 use crate::math::Affine;
-use crate::scene::{Environment, Instances, Light, Material, MaterialId, Mesh, Rgb, Shape, Tables};
+use crate::scene::{
+    Environment, Instances, Light, Material, MaterialId, MeshId, Rgb, Shape, Tables,
+};
 use glam::DVec3;
 use std::collections::HashMap;
 
@@ -18,6 +21,10 @@ const BALL: f64 = 1e-12;
 pub struct Luminaires {
     pub emitters: Emitters,
     owners: HashMap<u64, Owner>,
+    /// The emitters that images vary.
+    pub(super) textured: TexturedEmitters,
+    /// The mean radiance of their triangles, for other times of the same scene.
+    means: MeanRadiance,
     /// Number of luminous instances that light sampling cannot aim at: solids of other kinds
     /// than spheres, polygons and meshes. Scattered rays find them.
     pub unsampled: u64,
@@ -40,10 +47,12 @@ impl Luminaires {
         lights: &[Light],
         environment: Option<&Environment>,
     ) -> Luminaires {
-        let all = Gathered::of((scene, instances), lights);
+        let all = Gathered::of((scene, instances), lights, MeanRadiance::default());
         Luminaires {
             emitters: Emitters::new(all.rows, environment, scene.background),
             owners: all.owners,
+            textured: all.textured,
+            means: all.means,
             unsampled: all.unsampled,
         }
     }
@@ -67,10 +76,12 @@ impl Luminaires {
         if before.lights == scene.lights && self.owners.keys().all(stays) {
             return None;
         }
-        let all = Gathered::of((scene, instances), &scene.lights);
+        let all = Gathered::of((scene, instances), &scene.lights, self.means.clone());
         Some(Luminaires {
             emitters: self.emitters.under_same_sky(all.rows),
             owners: all.owners,
+            textured: all.textured,
+            means: all.means,
             unsampled: all.unsampled,
         })
     }
@@ -106,6 +117,8 @@ impl Luminaires {
         Luminaires {
             emitters: Emitters::new(Vec::new(), None, [1.0; 3]),
             owners: HashMap::new(),
+            textured: TexturedEmitters::default(),
+            means: MeanRadiance::default(),
             unsampled: 0,
         }
     }
@@ -135,12 +148,21 @@ fn depth_in([a, b, c]: &[DVec3; 3], point: DVec3) -> f64 {
 struct Gathered {
     rows: Vec<Emitter>,
     owners: HashMap<u64, Owner>,
+    textured: TexturedEmitters,
+    means: MeanRadiance,
     unsampled: u64,
 }
 
 impl Gathered {
-    fn of((scene, instances): (&Tables, &Instances), lights: &[Light]) -> Gathered {
-        let mut all = Gathered::default();
+    fn of(
+        (scene, instances): (&Tables, &Instances),
+        lights: &[Light],
+        means: MeanRadiance,
+    ) -> Gathered {
+        let mut all = Gathered {
+            means,
+            ..Gathered::default()
+        };
         all.rows.extend(lights.iter().map(Emitter::from));
         let shines = |material: &Material| material.sampled_emission() != [0.0; 3];
         let materials = &scene.materials.rows;
@@ -170,11 +192,7 @@ impl Gathered {
         let own = emission(material);
         let first = self.rows.len() as u32;
         match shape {
-            Shape::Mesh(mesh) => {
-                let mesh = scene.meshes.row(mesh);
-                let of = |triangle: u32| emission(material.or_else(|| mesh.material(triangle)));
-                self.add_mesh(&mesh, id, place, of);
-            }
+            Shape::Mesh(mesh) => self.add_mesh(scene, (id, mesh), place, material, emission),
             _ if own == [0.0; 3] && !matches!(shape, Shape::Csg(_)) => {}
             Shape::Sphere(row) => {
                 let sphere = scene.spheres.row(row);
@@ -206,9 +224,31 @@ impl Gathered {
         }
     }
 
-    fn add_mesh(&mut self, mesh: &Mesh, id: u64, place: &Affine, of: impl Fn(u32) -> Rgb) {
+    /// Adds the triangles of a mesh that shine; `emission` returns the radiance of a material that
+    /// shines evenly.
+    fn add_mesh(
+        &mut self,
+        scene: &Tables,
+        (id, mesh_id): (u64, MeshId),
+        place: &Affine,
+        material: Option<MaterialId>,
+        emission: impl Fn(Option<MaterialId>) -> Rgb,
+    ) {
+        let mesh = scene.meshes.row(mesh_id);
+        let material = |triangle: u32| material.or_else(|| mesh.material(triangle));
+        let attributes = scene.meshes.attributes.of(mesh_id);
+        let varied = |triangle: u32| {
+            material(triangle).filter(|id| {
+                scene.textures.varies_emission(*id)
+                    && scene.materials.rows[id.index()].sampled_emission() != [0.0; 3]
+            })
+        };
+        let shines = |triangle: u32| {
+            emission(material(triangle)) != [0.0; 3]
+                || attributes.is_some() && varied(triangle).is_some()
+        };
         let count = mesh.triangles.len() as u32;
-        if !(0..count).any(|triangle| of(triangle) != [0.0; 3]) {
+        if !(0..count).any(shines) {
             return;
         }
         if self.rows.len() + count as usize > MOST_EMITTERS {
@@ -220,11 +260,19 @@ impl Gathered {
             at(place, DVec3::from_array(about) + mesh.center)
         };
         let mut emitters = vec![u32::MAX; count as usize];
-        for (triangle, emitter) in emitters.iter_mut().enumerate() {
-            let radiance = of(triangle as u32);
-            let corners = mesh.triangles[triangle].map(corner);
+        for (triangle, emitter) in (0..count).zip(&mut emitters) {
+            let mut radiance = emission(material(triangle));
+            let textured = attributes.zip(varied(triangle));
+            if let Some((attributes, of)) = textured {
+                let means = self.means.of(scene, (mesh_id, attributes), of, material);
+                radiance = means[triangle as usize];
+            }
+            let corners = mesh.triangles[triangle as usize].map(corner);
             if radiance != [0.0; 3] && has_area(corners) {
                 *emitter = self.rows.len() as u32;
+                if let Some((attributes, of)) = textured {
+                    self.textured.push(*emitter, of, (attributes, triangle));
+                }
                 self.push(Body::Triangle(corners), radiance);
             }
         }

@@ -14,12 +14,14 @@ mod guides;
 mod layers;
 mod luminaires;
 mod media;
+mod normal_maps;
 mod record;
 mod scatter;
 mod shadows;
 mod spot;
 mod state;
 mod textured;
+mod textured_emitters;
 
 pub use cache::{
     CacheUse, Irradiance, IrradianceRecord, Missed, SECTORS, UseMode, sector_direction,
@@ -74,6 +76,8 @@ pub struct Materials {
     has_textures: bool,
     has_cutouts: bool,
     has_normal_maps: bool,
+    /// True if the normals of some coats are not those below.
+    bends_coats: bool,
 }
 
 /// A material as the path tracer reads it.
@@ -87,6 +91,10 @@ struct Look {
     varied: Option<Varied>,
     /// The factor of an alpha that varies.
     alpha: f32,
+    /// Whether the normal of its coat is not that of the base.
+    bends_coat: bool,
+    /// Whether its highlights are stretched along the tangents of meshes.
+    follows_tangents: bool,
 }
 
 impl Materials {
@@ -106,6 +114,7 @@ impl Materials {
             has_textures: has(|_| true),
             has_cutouts: has(Varied::has_alpha),
             has_normal_maps: has(Varied::has_normals),
+            bends_coats: rows.iter().any(|look| look.bends_coat),
             any_shines: rows.iter().any(|look| look.shine().is_some()),
             has_media: rows.iter().any(Look::has_medium),
             has_dispersion: rows.iter().any(Look::has_dispersion),
@@ -198,6 +207,8 @@ impl Look {
             material,
             varied: None,
             alpha: 1.0,
+            bends_coat: false,
+            follows_tangents: false,
         }
     }
 

@@ -35,8 +35,14 @@ impl PathTracer<'_> {
             return;
         }
         let mut spot = Spot::new((wave, buffer), look, hits, count);
+        if look.follows_tangents {
+            spot.follow_tangents(buffer);
+        }
         if let Some(varied) = &look.varied {
             spot.looks = self.looks_at((look, varied), (numbers, depth), wave, (buffer, hits));
+        }
+        if look.bends_coat {
+            spot.looks.coat_normal = Some(spot.coat_normals(buffer));
         }
         if buffer.wants_lift && !look.bsdf.transmits {
             let lift = spot.lifted - spot.point;
@@ -83,8 +89,9 @@ impl PathTracer<'_> {
         }
         let is_probe = matches!(&self.cache, Some(cache) if cache.mode == UseMode::Probe);
         if !look.bsdf.only_delta && !self.luminaires.emitters.is_empty() && !is_probe {
-            let numbers = self.sampler.pad(keys, samples, 3 + 2 * depth);
-            self.aim(wave, look, &spot, numbers, (buffer, lights));
+            let random = self.sampler.pad(keys, samples, 3 + 2 * depth);
+            let at = (numbers, depth);
+            self.aim((wave, at), look, &spot, random, (buffer, lights));
         }
         let sampled = look
             .bsdf
@@ -117,7 +124,7 @@ impl PathTracer<'_> {
     /// Queues the rays towards a light.
     fn aim(
         &self,
-        wave: &Paths,
+        (wave, at): (&Paths, (SampleNumbers, u32)),
         look: &Look,
         spot: &Spot,
         [u, v, pick, _]: [Singles; 4],
@@ -151,8 +158,10 @@ impl PathTracer<'_> {
         let one = Singles::splat(1.0);
         let part = Lanes::select(light.delta, one, share(light.pdf, found.pdf));
         let part = part / light.pdf;
-        let [r, g, b]: [Singles; 3] =
-            std::array::from_fn(|k| found.value[k] * light.radiance[k] * part);
+        let from = |lane: usize| [start.x, start.y, start.z].map(|x| x.lane(lane)).into();
+        let radiance =
+            self.sampled_radiance((&light, found.pdf), (wave, buffer), (spot, rows), at, from);
+        let [r, g, b]: [Singles; 3] = std::array::from_fn(|k| found.value[k] * radiance[k] * part);
         let weight = Vec3::new(
             spot.throughput.x * r,
             spot.throughput.y * g,
@@ -236,7 +245,8 @@ impl PathTracer<'_> {
         // behind is weighed by the densities there.
         let straight = if thin { delta & through } else { 0 };
         let mut dir: Vec3<Doubles> = widen(spot.frame.world_from_local(sampled.into));
-        if delta != 0 {
+        // Where coat and base have normals of their own, each mirrors about its own.
+        if delta != 0 && spot.looks.coat_normal.is_none() {
             let exact = spot.mirrored_or_bent(through, thin);
             dir = Vec3::select(DoubleMask::from_bits(delta), exact, dir);
         }

@@ -34,9 +34,15 @@ impl Varied {
         self.texturing.alpha != Alpha::Opaque
     }
 
-    /// Says whether a normal map bends the surface.
+    /// Says whether a normal map bends the surface or its coat.
     pub fn has_normals(&self) -> bool {
-        self.has(Slot::Normal)
+        self.has(Slot::Normal) || self.has(Slot::ClearcoatNormal)
+    }
+
+    /// Returns the normal map of the base or of the coat.
+    pub fn map_of(&self, slot: Slot) -> Option<&TextureRef> {
+        let mut refs = self.refs.iter();
+        refs.find(|(of, _)| *of == slot).map(|(_, map)| map)
     }
 
     fn has(&self, slot: Slot) -> bool {
@@ -80,6 +86,8 @@ impl Look {
         let mut look = Look::new(material);
         look.bsdf = Bsdf::varied(&material, variation);
         look.alpha = opacity;
+        look.bends_coat = material.layers.clearcoat > 0.0 && varied.has_normals();
+        look.follows_tangents = varied.texturing.follows_tangents;
         look.varied = Some(varied);
         look
     }
@@ -87,6 +95,9 @@ impl Look {
 
 /// Pads of random numbers for textures lie behind those of all depths.
 const TEXTURE_PADS: u32 = 1 << 16;
+
+/// Those for textures of sampled lights lie behind those for textures of hits.
+const LIGHT_TEXTURE_PADS: u32 = 1 << 17;
 
 /// Rays pass no more surfaces that are not there than this.
 const MOST_PASSED: usize = 256;
@@ -120,7 +131,7 @@ pub(super) fn widening(pdf: f32) -> f32 {
 
 impl PathTracer<'_> {
     /// Returns the footprint of a ray at its hit.
-    fn footprint(
+    pub(super) fn footprint(
         &self,
         wave: &Paths,
         (buffer, hit): (&HitBuffer, u32),
@@ -138,7 +149,12 @@ impl PathTracer<'_> {
     }
 
     /// Returns a ray's cone where it meets a surface.
-    fn cone_at(&self, wave: &Paths, (buffer, hit): (&HitBuffer, usize), ray: usize) -> Cone {
+    pub(super) fn cone_at(
+        &self,
+        wave: &Paths,
+        (buffer, hit): (&HitBuffer, usize),
+        ray: usize,
+    ) -> Cone {
         let Some(cones) = &wave.cones else {
             return Cone {
                 width: 0.0,
@@ -170,10 +186,22 @@ impl PathTracer<'_> {
     }
 
     /// Returns the random numbers of a hit's look-ups.
-    fn picks(&self, (samples, depth): (SampleNumbers, u32), wave: &Paths, ray: usize) -> [f32; 4] {
+    pub(super) fn picks(
+        &self,
+        (samples, depth): (SampleNumbers, u32),
+        wave: &Paths,
+        ray: usize,
+    ) -> [f32; 4] {
         let sample = samples.of(wave.rays.pixel[ray]);
         self.sampler
             .pad_one(wave.key[ray], sample, TEXTURE_PADS + depth)
+    }
+
+    /// Returns the random numbers of the look-up at a sampled point of a light.
+    pub(super) fn light_picks(&self, key: u32, sample: u32, depth: u32) -> [f32; 2] {
+        let pad = LIGHT_TEXTURE_PADS + depth;
+        let [texel, level, ..] = self.sampler.pad_one(key, sample, pad);
+        [texel, level]
     }
 
     /// Returns the looks of some hits of a material.
@@ -205,6 +233,7 @@ impl PathTracer<'_> {
             base_color: color.each_ref().map(|column| Singles::load(column)),
             metallic: Singles::load(&metallic),
             roughness: Singles::load(&roughness),
+            coat_normal: None,
         }
     }
 
@@ -230,7 +259,11 @@ impl PathTracer<'_> {
         (buffer, hit): (&HitBuffer, u32),
     ) -> Look {
         let at = self.looked_up(at, wave, (buffer, hit));
-        Look::new(self.material_there((look, varied), at))
+        Look {
+            bends_coat: look.bends_coat,
+            follows_tangents: look.follows_tangents,
+            ..Look::new(self.material_there((look, varied), at))
+        }
     }
 
     /// Returns a material of the numbers that are at a place.
@@ -267,16 +300,29 @@ impl PathTracer<'_> {
     ) -> Rgb {
         let scene = &self.world.scene;
         let at = self.looked_up(at, wave, (buffer, hit as u32));
-        let mut shown = look.material.emission;
-        for (slot, texture) in &varied.refs {
-            if *slot == Slot::Emission {
-                let texel = look_up(scene, texture, at.place, at.footprint);
-                shown = std::array::from_fn(|k| shown[k] * texel[k]);
-            }
-        }
+        let mut shown = self.emission_at((look, varied), at.place, at.footprint);
         if look.material.layers.unlit {
             let color = at.base_color(scene, &varied.row(), look.material.base_color);
-            shown = std::array::from_fn(|k| shown[k] + color[k]);
+            let opacity = look.material.layers.opacity;
+            shown = std::array::from_fn(|k| shown[k] + color[k] * opacity);
+        }
+        shown
+    }
+
+    /// Returns the emission of a material at a place; holes do not shine.
+    pub(super) fn emission_at(
+        &self,
+        (look, varied): (&Look, &Varied),
+        place: &Place,
+        footprint: Footprint,
+    ) -> Rgb {
+        let opacity = look.material.layers.opacity;
+        let mut shown = look.material.emission.map(|c| c * opacity);
+        for (slot, texture) in &varied.refs {
+            if *slot == Slot::Emission {
+                let texel = look_up(&self.world.scene, texture, place, footprint);
+                shown = std::array::from_fn(|k| shown[k] * texel[k]);
+            }
         }
         shown
     }
@@ -392,49 +438,6 @@ impl PathTracer<'_> {
             }
         }
     }
-
-    /// Bends the shading normals of hits by the normal maps of their materials.
-    pub(super) fn bend_normals(
-        &self,
-        at: (SampleNumbers, u32),
-        wave: &Paths,
-        buffer: &mut HitBuffer,
-    ) {
-        let scene = &self.world.scene;
-        for hit in 0..buffer.len() {
-            let number = self.materials.number(buffer.material[hit]);
-            let Some(varied) = &self.materials.rows[number as usize].varied else {
-                continue;
-            };
-            let place = buffer.places[hit];
-            let map = varied.refs.iter().find(|(slot, _)| *slot == Slot::Normal);
-            let (Some((_, map)), true) = (map, place.bitangent != 0.0) else {
-                continue;
-            };
-            let [texel, level, ..] = self.picks(at, wave, buffer.row[hit] as usize);
-            let footprint = self.footprint(wave, (buffer, hit as u32), [texel, level]);
-            let texel = look_up(scene, map, &place, footprint).map(f64::from);
-            let scale = f64::from(varied.texturing.normal_scale);
-            let [x, y, z] = [0, 1, 2].map(|k| 2.0 * texel[k] - 1.0);
-            let side = buffer.side[hit];
-            // The frame of the outer side; seen from inside, all of it is turned.
-            let normal = buffer.ns.get(hit) * side;
-            let tangent = DVec3::from_array(place.tangent);
-            let tangent = (tangent - normal * normal.dot(tangent)).normalize_or_zero();
-            let bitangent = normal.cross(tangent) * place.bitangent;
-            let bent = tangent * (x * scale) + bitangent * (y * scale) + normal * z;
-            let bent = (bent * side).normalize_or_zero();
-            if tangent == DVec3::ZERO || bent == DVec3::ZERO {
-                continue;
-            }
-            let facing = buffer.ng.get(hit) * side;
-            let out = -buffer.incoming.get(hit);
-            buffer
-                .ns
-                .set(hit, above_surface(bent, facing, out).to_array());
-        }
-        buffer.finish_normals();
-    }
 }
 
 /// Returns base colour, metallic and roughness at a place.
@@ -444,29 +447,6 @@ fn one_look(scene: &Tables, varied: &Varied, mut own: Looks<f32>, at: LookUp) ->
     let numbers = [own.metallic, own.roughness];
     [own.metallic, own.roughness] = at.metallic_roughness(scene, &row, numbers);
     own
-}
-
-/// Turns a shading normal towards the geometric one until what is mirrored about it leaves the
-/// surface: eight halvings of the way between them.
-fn above_surface(bent: DVec3, facing: DVec3, out: DVec3) -> DVec3 {
-    let least = 0.01_f64.min(0.9 * out.dot(facing));
-    let is_above = |n: DVec3| {
-        let cos = n.dot(out);
-        cos > 0.0 && (n * (2.0 * cos) - out).dot(facing) >= least
-    };
-    if is_above(bent) {
-        return bent;
-    }
-    let between = |t: f64| (bent * (1.0 - t) + facing * t).normalize_or(facing);
-    let (mut low, mut high) = (0.0, 1.0);
-    for _ in 0..8 {
-        let middle = 0.5 * (low + high);
-        match is_above(between(middle)) {
-            true => high = middle,
-            false => low = middle,
-        }
-    }
-    between(high)
 }
 
 /// Scales a number of a material by a texel.
@@ -479,6 +459,7 @@ fn scale(material: &mut Material, slot: Slot, texel: [f32; 4], film_least: f32) 
         | Slot::MetallicRoughness
         | Slot::Emission
         | Slot::Normal
+        | Slot::ClearcoatNormal
         | Slot::Opacity => {}
         Slot::Specular => layers.specular *= a,
         Slot::SpecularColor => layers.specular_color = tinted(layers.specular_color),

@@ -213,7 +213,8 @@ impl Layered {
         }
         let mut coated = None;
         if let Some(coat) = &self.coat {
-            let hit = coat.prepare(out, rest);
+            let normal = looks.coat_normal.map(|normal| self.turned(normal));
+            let hit = coat.prepare(normal, out, rest);
             chances.coat = hit.albedo;
             rest = max(rest - hit.albedo, zero);
             coated = Some(hit);
@@ -405,7 +406,7 @@ impl Layered {
         if let (Some(coat), Some(coated)) = (&self.coat, &hit.coat)
             && !coat.smooth
         {
-            let (value, pdf) = coat.eval(coated, hit.out, into);
+            let (value, pdf) = coat.eval(coated, into);
             all.add([L::splat(1.0); 3], value, hit.chances.coat * pdf);
         }
         self.add_sheen(hit, into, &mut all);

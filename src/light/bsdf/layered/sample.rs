@@ -41,15 +41,23 @@ impl Layered {
         }
         if let (Some(coat), Some(coated)) = (&self.coat, &hit.coat) {
             let here = lobe.ge(begin);
+            let out = coated.out;
             let mut into = Vec3::new(-out.x, -out.y, out.z);
             if !coat.smooth {
                 into = mirror(out, coated.ggx.sample(out, coated.stretch, u));
                 into.z = max(into.z, zero);
             }
-            let exact = Evaluated {
+            let mut exact = Evaluated {
                 value: [coated.reflectance(out.z); 3],
                 pdf: chances.coat,
             };
+            if let Some(frame) = &coated.frame {
+                into = frame.world_from_local(into);
+                // What the coat reflects into the surface is lost.
+                let up = into.z.gt(zero);
+                exact.value = exact.value.map(|value| L::select(up, value, zero));
+                into.z = max(into.z, zero);
+            }
             choice.take(here, into, here & L::Mask::splat(coat.smooth), exact);
             begin = begin + chances.coat;
         }

@@ -19,6 +19,7 @@ mod motion;
 mod outputs;
 mod parts;
 mod placed;
+mod placed_cameras;
 mod roots;
 mod run;
 mod scad;

@@ -38,6 +38,7 @@ mod render;
 mod roots;
 mod scene;
 mod shutter;
+mod tev;
 mod tradeoff;
 mod verify;
 mod version;

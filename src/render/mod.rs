@@ -45,5 +45,6 @@ pub use sampler::sample_position;
 pub(crate) use sampler::{mix, unit};
 pub use slices::{Slice, SliceError, Slices};
 pub use tile::{
-    FinishedTile, RenderError, Rendered, View, render, render_after, render_blurred, render_with,
+    FinishedTile, RenderError, Rendered, View, render, render_after, render_blurred,
+    render_showing, render_with,
 };

@@ -8,6 +8,7 @@ mod bench;
 mod commands;
 mod compare;
 mod convert;
+mod display;
 mod every_scene;
 mod extremes;
 mod found;

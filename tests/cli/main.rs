@@ -30,4 +30,5 @@ mod solvers;
 mod surfaces;
 mod tradeoff;
 mod verify;
+mod view;
 mod views;

@@ -19,6 +19,9 @@ pub enum CliError {
     /// A picture that would need more memory than is free.
     #[error("{0}")]
     Memory(String),
+    /// A viewer that cannot be reached.
+    #[error("{0}")]
+    Display(String),
     #[error("standard output: cannot be written: {0}")]
     Stdout(std::io::Error),
     #[error("interrupted; nothing was written")]
@@ -54,7 +57,7 @@ impl CliError {
             // it is detected before the file is read.
             CliError::Usage(_) | CliError::Load(LoadError::Output { .. }) => 2,
             CliError::Load(_) | CliError::Memory(_) => 3,
-            CliError::Save(_) | CliError::Stdout(_) => 4,
+            CliError::Save(_) | CliError::Stdout(_) | CliError::Display(_) => 4,
             CliError::Interrupted | CliError::Unread => 130,
         }
     }

@@ -16,7 +16,11 @@ pub fn run(args: &ExportArgs) -> Result<(), CliError> {
     let size = args.size.unwrap_or(RENDER_SIZE);
     let aspect = f64::from(size.width) / f64::from(size.height);
     let scene = scene::viewed_at(scene, aspect, &args.view, &args.scene)?;
-    let asked = args.view.camera.as_deref().filter(|_| !args.view.fit);
+    let asked = args
+        .view
+        .camera
+        .as_deref()
+        .filter(|_| !args.view.replaces_cameras());
     let row = scene::pick_camera(&scene.cameras, asked)?;
     let of_scene = |source| LoadError::of_scene(&args.scene, source);
     let instances = Instances::of(&scene).map_err(of_scene)?;

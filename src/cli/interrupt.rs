@@ -67,6 +67,16 @@ pub fn end_at_signal() {
     let _ = ctrlc::set_handler(end);
 }
 
+/// Lets the first signal end the process as done, for a server that works until it is ended. Call
+/// this once, instead of [`watch`].
+#[cfg(feature = "view")]
+pub fn leave_at_signal() {
+    let _ = ctrlc::set_handler(|| {
+        let _nothing_begins = (end_children(), discard_unfinished());
+        std::process::exit(0);
+    });
+}
+
 /// Lets a file that grows beyond the limit of the shell's `ulimit -f` be an error of
 /// writing; by default the signal ends the process.
 pub fn survive_file_size_limit() {

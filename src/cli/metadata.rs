@@ -100,7 +100,8 @@ pub fn of(
         .collect()
 }
 
-fn integrator(integrator: Integrator) -> &'static str {
+/// Names an integrator.
+pub fn integrator(integrator: Integrator) -> &'static str {
     match integrator {
         Integrator::Direct => "direct",
         Integrator::Path => "path",

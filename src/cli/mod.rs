@@ -38,17 +38,19 @@ mod render;
 mod roots;
 mod scene;
 mod shutter;
+mod tev;
 mod tradeoff;
 mod verify;
 mod version;
+mod view;
 
 #[cfg(unix)]
 pub use cpu::check_before_main;
 
 use args::{
     BenchArgs, CompareArgs, CompletionsArgs, ConvertArgs, ExportArgs, ExtremesArgs, ManArgs,
-    MeasureArgs, MergeArgs, PlanArgs, ProbeArgs, RenderArgs, RootsArgs, TradeoffArgs, VerifyArgs,
-    VersionArgs, laid_out,
+    MeasureArgs, MergeArgs, PageArgs, PlanArgs, ProbeArgs, RenderArgs, RootsArgs, TradeoffArgs,
+    VerifyArgs, VersionArgs, laid_out,
 };
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use error::CliError;
@@ -74,6 +76,8 @@ struct Cli {
 enum Command {
     /// Render a scene; without SCENE, the built-in one
     Render(RenderArgs),
+    /// Look at a scene from all sides, on a page in a browser
+    View(PageArgs),
     /// Add parts of a picture up, which render --samples wrote
     Merge(MergeArgs),
     /// Compare two pictures, channel by channel
@@ -148,6 +152,7 @@ fn run() -> ExitCode {
     }
     ended(match &cli.command {
         Command::Render(args) => rendered(args),
+        Command::View(args) => view::run(args),
         Command::Merge(args) => merge::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Verify(args) => verify::run(args),
@@ -190,6 +195,16 @@ fn ended(done: Result<(), CliError>) -> ExitCode {
             output::complain(&format!("error: {error}"));
             ExitCode::from(error.exit_code())
         }
+    }
+}
+
+/// Parses arguments of `render`, which its name begins.
+#[cfg(feature = "view")]
+fn render_args(arguments: Vec<String>) -> Result<RenderArgs, clap::Error> {
+    let arguments = std::iter::once("lanecast".to_owned()).chain(arguments);
+    match parse(arguments.map(Into::into))?.command {
+        Command::Render(args) => Ok(args),
+        _ => Err(command().error(clap::error::ErrorKind::InvalidSubcommand, "not render")),
     }
 }
 

@@ -115,28 +115,16 @@ pub fn complete(
     watch: &mut Watch,
     stats: &mut Stats,
 ) -> Result<Prepared, CliError> {
-    let row = scene::pick_camera(&scene.cameras, config.camera.as_deref())?;
     let of_scene = |source| LoadError::of_scene(path, source);
     let scene = match config.solver {
         Some(solver) => scene.solved_by(solver).map_err(of_scene)?,
         None => scene,
     };
     let instances = Instances::of(&scene).map_err(of_scene)?;
-    let lighting = match config.integrator {
-        Integrator::Direct => Lighting::Headlight,
-        _ => Lighting::Studio,
-    };
-    let (scene, camera) = scene.completed_in(lighting, row, &instances, config.aspect());
+    let (scene, camera, row) = lit(scene, config, &instances)?;
     let plan = plan(&scene, &instances, &config.choices)
         .map_err(|e: PlanError| CliError::Usage(e.to_string()))?;
-    let counts = matches!(config.integrator, Integrator::Inspect(Inspection::Heat(_)));
-    if counts && !instances.are_laid_out() {
-        return Err(CliError::Usage(
-            "--integrator heat counts in trees over all instances, of which the scene has too many; \
-             ask for ids or normals"
-                .into(),
-        ));
-    }
+    let counts = counts_work(config, &instances)?;
     stats.stages.push(watch.stage("plan"));
     let pool = thread_pool(config.threads)?;
     stats.plan = PlanSummary {
@@ -168,6 +156,43 @@ pub fn complete(
         counts,
         pool,
     })
+}
+
+/// Gives a scene the camera and the lights that it lacks, by the integrator. Returns the camera, and
+/// its row unless it was made.
+pub fn lit(
+    scene: Scene,
+    config: &RenderConfig,
+    instances: &Instances,
+) -> Result<(Scene, Camera, Option<usize>), CliError> {
+    let row = scene::pick_camera(&scene.cameras, config.camera.as_deref())?;
+    let lighting = match config.integrator {
+        Integrator::Direct => Lighting::Headlight,
+        _ => Lighting::Studio,
+    };
+    let (scene, camera) = scene.completed_in(lighting, row, instances, config.aspect());
+    Ok((scene, camera, row))
+}
+
+/// Says whether a picture needs a structure that counts its work.
+pub fn counts_work(config: &RenderConfig, instances: &Instances) -> Result<bool, CliError> {
+    let counts = matches!(config.integrator, Integrator::Inspect(Inspection::Heat(_)));
+    if counts && !instances.are_laid_out() {
+        return Err(CliError::Usage(
+            "--integrator heat counts in trees over all instances, of which the scene has too many; \
+             ask for ids or normals"
+                .into(),
+        ));
+    }
+    Ok(counts)
+}
+
+/// Returns the structure of a plan, or the one in its place that counts its work.
+pub fn structure_of(plan: &Plan, kd: &KdQuality, counts: bool) -> Structure {
+    match structure(plan, kd) {
+        Structure::Bvh | Structure::ItemBuffer if counts => Structure::Narrow,
+        structure => structure,
+    }
 }
 
 /// Warns of what direct light does not show: layers of materials, and the extent of lights.
@@ -225,10 +250,7 @@ impl Prepared {
 
     /// Builds the trees on the pool.
     pub fn world(&self, watch: &mut Watch, stats: &mut Stats) -> World {
-        let structure = match structure(&self.plan, &self.kd) {
-            Structure::Bvh | Structure::ItemBuffer if self.counts => Structure::Narrow,
-            structure => structure,
-        };
+        let structure = structure_of(&self.plan, &self.kd, self.counts);
         let build = || World::build_to(self.build, &self.scene, &self.instances, structure);
         let world = self.pool.install(build);
         for (name, bytes) in world.bytes() {

@@ -14,7 +14,7 @@ use std::fmt::Write;
 
 /// The value that `--json` writes.
 #[derive(Debug, Serialize)]
-struct Report {
+pub struct Report {
     org: [f64; 3],
     dir: [f64; 3],
     spans: Vec<Row>,
@@ -89,7 +89,8 @@ pub fn run(args: &ProbeArgs) -> Result<(), CliError> {
     results.commit(&text_report(&report))
 }
 
-fn report(scene: &Scene, found: &Spans, org: DVec3, dir: DVec3) -> Report {
+/// Tells of the spans of a ray, with names.
+pub fn report(scene: &Scene, found: &Spans, org: DVec3, dir: DVec3) -> Report {
     Report {
         org: org.to_array(),
         dir: dir.to_array(),

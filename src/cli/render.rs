@@ -7,11 +7,13 @@ use super::output::{Results, check_destinations, complain, printable_line};
 use super::pipeline::{complete, load, named, of_camera, warn_of_losses};
 use super::progress::rate;
 use super::scene::{pick_camera, viewed};
+use super::tev::Display;
 use super::{frames, ground, interrupt, memory, metadata, motion, part, shutter};
 use crate::io::{LoadError, picture_files};
 use crate::measure::{PictureSize, Stats, Watch};
 use crate::render::{
-    Backdrop, Integrator, Reached, RenderConfig, Rendered, View, legend, render_blurred,
+    Backdrop, FinishedTile, Integrator, Reached, RenderConfig, Rendered, View, legend,
+    render_blurred, render_showing,
 };
 use crate::scene::Scene;
 use std::path::{Path, PathBuf};
@@ -48,6 +50,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     let inputs: Vec<&Path> = args.scene.as_deref().into_iter().collect();
     let outputs = check_destinations(&inputs, &files, args.common.sinks())?;
     let denoiser = Denoiser::load(args.outputs.denoise)?;
+    let display = Display::connect(args.outputs.display.as_deref())?;
 
     let progress = interrupt::watch();
     let mut watch = Watch::start();
@@ -55,21 +58,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     let path = args.scene.as_deref();
     let options = args.load_options(outputs);
     let scene = load(path, &options, &mut watch, &mut stats)?;
-    let (scene, config) = viewed(scene, config, &args.common.view, named(path))?;
-    let row = pick_camera(&scene.cameras, config.camera.as_deref())?;
-    let how = (config.grid, args.light.integrator.0);
-    let shutter = args.shutter.exposure(&scene, row, how, (0.0, 1.0))?;
-    let config = RenderConfig {
-        shutter,
-        ..of_camera(config, &scene, args.common.size)?
-    };
-    let config = args.light.complete(config, &scene)?;
-    let config = args.outputs.complete(config)?;
-    let scene = exposed(scene, &config, args.light.ground, named(path))?;
-    let (scene, config) = match args.light.ground {
-        true => ground::stand(scene, named(path), config)?,
-        false => (scene, config),
-    };
+    let (scene, config) = composed(args, scene, config)?;
     warn_of_losses(&scene, &config);
     stats.picture.spp = config.spp;
     (stats.picture.width, stats.picture.height) = (config.width, config.height);
@@ -82,13 +71,23 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     memory::check(&config, development.bits, &picture_path)?;
     let (development, config) = (args.development).complete(development, &picture_path, config);
     let prepared = complete(scene, named(path), &config, &mut watch, &mut stats)?;
+    let shown = display.map(|display| {
+        let name = picture_path.display().to_string();
+        let has_alpha = config.backdrop == Backdrop::Transparent;
+        display.begin(&name, (config.width, config.height), has_alpha)
+    });
+    let on_tile = |tile: FinishedTile| {
+        if let Some(shown) = &shown {
+            shown.tile(&tile);
+        }
+    };
     let render = |view: &View| -> Result<Rendered, CliError> {
         let row = prepared.camera_row;
         let asked = args.shutter.shutter_slices;
         Ok(
             match shutter::slices(view, row, &config, asked, named(path))? {
-                Some(slices) => render_blurred(view, &slices, &config, &progress, &|_| ())?,
-                None => crate::render::render(view, &config, false, &progress)?,
+                Some(slices) => render_blurred(view, &slices, &config, &progress, &on_tile)?,
+                None => render_showing(view, &config, &progress, &on_tile)?,
             },
         )
     };
@@ -104,6 +103,9 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
         (&progress, args.common.progress),
         render,
     )??;
+    if let Some(shown) = shown {
+        shown.finish(&picture);
+    }
     stats.rays = counts;
     stats.picture.mean_spp = reached.map(|reached| reached.mean_samples);
     stats.stages.push(watch.stage("render"));
@@ -151,6 +153,31 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
         stats.seconds("render"),
         rate(stats.rays_per_second)
     ))
+}
+
+/// Completes a scene and the configuration of its picture by each other and by the arguments: its
+/// camera, integrator, shutter and ground.
+pub fn composed(
+    args: &RenderArgs,
+    scene: Scene,
+    config: RenderConfig,
+) -> Result<(Scene, RenderConfig), CliError> {
+    let path = named(args.scene.as_deref());
+    let (scene, config) = viewed(scene, config, &args.common.view, path)?;
+    let row = pick_camera(&scene.cameras, config.camera.as_deref())?;
+    let how = (config.grid, args.light.integrator.0);
+    let shutter = args.shutter.exposure(&scene, row, how, (0.0, 1.0))?;
+    let config = RenderConfig {
+        shutter,
+        ..of_camera(config, &scene, args.common.size)?
+    };
+    let config = args.light.complete(config, &scene)?;
+    let config = args.outputs.complete(config)?;
+    let scene = exposed(scene, &config, args.light.ground, path)?;
+    match args.light.ground {
+        true => ground::stand(scene, path, config),
+        false => Ok((scene, config)),
+    }
 }
 
 /// Returns the scene in the middle of its exposure, if it has one. Refuses a ground under what

@@ -6,7 +6,8 @@ use super::output;
 use crate::io::LoadError;
 use crate::io::{self, LoadOptions};
 use crate::render::RenderConfig;
-use crate::scene::{Cameras, Instances, Scene, ShapeId, UnknownCamera};
+use crate::scene::{Camera, Cameras, Instances, Outlook, Scene, ShapeId, UnknownCamera};
+use glam::DVec3;
 use std::path::Path;
 
 /// Loads a scene; reports on standard error what could not be imported.
@@ -25,8 +26,8 @@ pub fn pick_camera(cameras: &Cameras, asked: Option<&str>) -> Result<Option<usiz
     cameras.pick(asked).map_err(unknown)
 }
 
-/// Replaces the scene's cameras by the one that `--view` or `--fit` asks for, if any, and returns
-/// the configuration that sees it. Errors name the file `path`.
+/// Replaces the scene's cameras by the one that `--view`, `--fit` or `--eye` asks for, if any, and
+/// returns the configuration that sees it. Errors name the file `path`.
 pub fn viewed(
     scene: Scene,
     config: RenderConfig,
@@ -34,7 +35,7 @@ pub fn viewed(
     path: &Path,
 ) -> Result<(Scene, RenderConfig), CliError> {
     let scene = viewed_at(scene, config.aspect(), args, path)?;
-    let camera = match args.view.is_some() || args.fit {
+    let camera = match args.replaces_cameras() {
         true => None,
         false => config.camera.clone(),
     };
@@ -48,9 +49,16 @@ pub fn viewed_at(
     args: &ViewArgs,
     path: &Path,
 ) -> Result<Scene, CliError> {
-    let outlook = match args.view {
-        Some(view) => view.outlook(),
-        None if args.fit => {
+    let placed = match (args.eye, args.look_at) {
+        (Some(eye), Some(look_at)) => Some(placed(&scene, (eye, look_at), args)?),
+        _ => None,
+    };
+    let outlook = match (args.view, placed) {
+        (Some(view), _) => view.outlook(),
+        (None, Some(camera)) if !args.fit => return Ok(scene.seen_by(camera)),
+        (None, _) if !args.fit => return Ok(scene),
+        (None, Some(camera)) => fitted(&camera)?,
+        (None, None) => {
             let Some(row) = pick_camera(&scene.cameras, args.camera.as_deref())? else {
                 // The default view frames the scene.
                 return Ok(scene);
@@ -62,22 +70,54 @@ pub fn viewed_at(
                         .into(),
                 ));
             }
-            let camera = &scene.cameras.rows[row];
-            if camera.lens.is_some() {
-                output::complain("warning: --fit leaves out the camera's lens: all is sharp");
-            }
-            camera.outlook().ok_or_else(|| {
-                CliError::Usage(
-                    "--fit moves pinholes and cameras of parallel rays, and this one is a \
-                     panorama, a fisheye or calibrated; leave it out, or name another with --camera"
-                        .into(),
-                )
-            })?
+            fitted(&scene.cameras.rows[row])?
         }
-        None => return Ok(scene),
     };
     let instances = Instances::of(&scene).map_err(|e| LoadError::of_scene(path, e))?;
     Ok(scene.framed(&outlook, &instances, aspect))
+}
+
+/// Returns from where a camera looks that `--fit` moves.
+fn fitted(camera: &Camera) -> Result<Outlook, CliError> {
+    if camera.lens.is_some() {
+        output::complain("warning: --fit leaves out the camera's lens: all is sharp");
+    }
+    camera.outlook().ok_or_else(|| {
+        CliError::Usage(
+            "--fit moves pinholes and cameras of parallel rays, and this one is a panorama, a \
+             fisheye or calibrated; leave it out, or name another with --camera"
+                .into(),
+        )
+    })
+}
+
+/// Returns the camera of `--eye`.
+fn placed(
+    scene: &Scene,
+    (eye, look_at): (DVec3, DVec3),
+    args: &ViewArgs,
+) -> Result<Camera, CliError> {
+    let row = pick_camera(&scene.cameras, args.camera.as_deref())?;
+    let own = row.map(|row| scene.cameras.rows[row]);
+    let projection = match (args.projection(), own) {
+        (Some(asked), _) => asked,
+        (None, Some(own)) => own.projection,
+        (None, None) => Outlook::default().projection,
+    };
+    let up = args.up.unwrap_or(DVec3::Y);
+    let camera = Camera {
+        lens: own
+            .filter(|_| args.projection().is_none())
+            .and_then(|own| own.lens),
+        ..Camera::looking_at(eye, look_at, up, projection)
+    };
+    let axes = [camera.right, camera.up, camera.forward];
+    match axes.iter().all(|axis| axis.is_finite()) {
+        true => Ok(camera),
+        false => Err(CliError::Usage(
+            "--eye and --look-at are one point, or --up is 0,0,0; move one of them".into(),
+        )),
+    }
 }
 
 /// Returns a shape's name, or its kind.
@@ -91,8 +131,6 @@ pub fn shape_name(scene: &Scene, id: ShapeId) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Camera;
-    use glam::DVec3;
 
     #[test]
     fn cameras_by_name_and_number() {

@@ -29,10 +29,11 @@ struct Isa {
 }
 
 /// The features of cargo, and whether each is on.
-const FEATURES: [(&str, bool); 3] = [
+const FEATURES: [(&str, bool); 4] = [
     ("all-lanes", plan::ALL_LANES),
     ("denoise", cfg!(feature = "denoise")),
     ("peer-embree", cfg!(feature = "peer-embree")),
+    ("view", cfg!(feature = "view")),
 ];
 
 pub fn run(args: &VersionArgs) -> Result<(), CliError> {

@@ -37,7 +37,7 @@ pub use inspect::{Reading, legend};
 pub use irradiance::IndirectCaching;
 pub use mattes::instance_name;
 pub use motion::{Moment, motion_vectors};
-pub use part::{Merge, is_part, parts_of, render_part};
+pub use part::{Merge, is_part, parts_of, render_part, render_samples};
 pub use path_probe::{Block, PathProbe};
 pub(crate) use pixel_order::{BLOCK, every_second_bit};
 pub use progress::Progress;
@@ -45,5 +45,6 @@ pub use sampler::sample_position;
 pub(crate) use sampler::{mix, unit};
 pub use slices::{Slice, SliceError, Slices};
 pub use tile::{
-    FinishedTile, RenderError, Rendered, View, render, render_after, render_blurred, render_with,
+    FinishedTile, RenderError, Rendered, View, render, render_after, render_blurred,
+    render_showing, render_with,
 };

@@ -44,11 +44,29 @@ pub fn parts_of(samples: Range<u32>) -> Vec<Range<u32>> {
 
 /// Renders a range of the samples of every pixel, which [`is_part`] holds of.
 pub fn render_part(
-    (view, slices): (&View, Option<&Slices>),
+    view: (&View, Option<&Slices>),
     config: &RenderConfig,
     samples: Range<u32>,
     progress: &Progress,
 ) -> Result<(Part, RayCounts), RenderError> {
+    let (sums, counts) = render_samples(view, config, samples.clone(), progress)?;
+    let flags = [
+        config.backdrop == Backdrop::Transparent,
+        config.integrator == Integrator::Path,
+    ];
+    let key = picture_key(view.0, config);
+    let size = (config.width, config.height);
+    Ok((Part::new(size, samples, flags, key, sums), counts))
+}
+
+/// Renders the sums of a range of the samples of every pixel, as [`render_part`] does, for
+/// [`Merge::add_sums`] in the same process.
+pub fn render_samples(
+    (view, slices): (&View, Option<&Slices>),
+    config: &RenderConfig,
+    samples: Range<u32>,
+    progress: &Progress,
+) -> Result<(Vec<[f64; 4]>, RayCounts), RenderError> {
     let (width, height) = (config.width, config.height);
     let mut picture = PathPicture::new(view, config).ok_or(RenderError::NoPaths)?;
     // Whatever the number of samples of a part, the whole has more.
@@ -67,16 +85,8 @@ pub fn render_part(
     progress.start(width.div_ceil(side) * height.div_ceil(side));
     let pictures = (Some(&picture), blur.as_ref());
     let sums = sum_picture((view, config), pictures, &samples, side, progress)?;
-    let flags = [
-        config.backdrop == Backdrop::Transparent,
-        config.integrator == Integrator::Path,
-    ];
-    let key = picture_key(view, config);
     counts.add(&sums.counts);
-    Ok((
-        Part::new((width, height), samples, flags, key, sums.all),
-        counts,
-    ))
+    Ok((sums.all, counts))
 }
 
 /// Hashes the scene and all settings that show in a picture's samples (FNV-1a of 128 bits),
@@ -132,7 +142,7 @@ impl Write for Key {
 }
 
 /// Adds parts up, in the order of their samples from 0 on, as one run would have.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Merge {
     /// Sums of 2^k samples, of falling length.
     terms: Vec<(u32, Vec<[f64; 4]>)>,
@@ -147,7 +157,12 @@ impl Merge {
     /// Adds the part that begins with the next sample, and has as many pixels.
     pub fn add(&mut self, part: Part) {
         let samples = part.header.samples;
-        let (mut len, mut sums) = (samples.end - samples.start, part.sums);
+        self.add_sums(samples.end - samples.start, part.sums);
+    }
+
+    /// Adds the sums of the next `len` samples, which begin at a multiple of their number.
+    pub fn add_sums(&mut self, len: u32, sums: Vec<[f64; 4]>) {
+        let (mut len, mut sums) = (len, sums);
         while let Some((_, mut before)) = self.terms.pop_if(|(before, _)| *before == len) {
             add_to(&mut before, &sums);
             (len, sums) = (2 * len, before);
@@ -156,8 +171,16 @@ impl Merge {
     }
 
     /// Returns the picture of all samples. Fails if memory does not suffice.
-    pub fn picture(mut self, header: &PartHeader) -> Result<Picture, RenderError> {
-        let (width, height) = (header.width, header.height);
+    pub fn picture(self, header: &PartHeader) -> Result<Picture, RenderError> {
+        self.mean((header.width, header.height), header.has_alpha)
+    }
+
+    /// Returns the mean of all samples, as a picture of this size.
+    pub fn mean(
+        mut self,
+        (width, height): (u32, u32),
+        has_alpha: bool,
+    ) -> Result<Picture, RenderError> {
         let share = 1.0 / f64::from(self.samples().max(1));
         let mut sums = Vec::new();
         while let Some((_, mut before)) = self.terms.pop() {
@@ -166,7 +189,7 @@ impl Merge {
             }
             sums = before;
         }
-        let mut picture = blank(width, height, AovSet::default(), header.has_alpha)
+        let mut picture = blank(width, height, AovSet::default(), has_alpha)
             .map_err(|_| RenderError::Memory { width, height })?;
         for (pixel, sum) in sums.iter().enumerate() {
             let (color, alpha) = color_of(&sum.map(|sum| (sum * share) as f32));

@@ -134,7 +134,17 @@ pub fn render_with(
     progress: &Progress,
     on_tile: &(dyn Fn(FinishedTile) + Sync),
 ) -> Result<Picture, RenderError> {
-    Ok(render_tiles((view, None), config, false, None, progress, on_tile)?.picture)
+    Ok(render_showing(view, config, progress, on_tile)?.picture)
+}
+
+/// Renders a picture as [`render_with`] does, and returns its counts and readings, too.
+pub fn render_showing(
+    view: &View,
+    config: &RenderConfig,
+    progress: &Progress,
+    on_tile: &(dyn Fn(FinishedTile) + Sync),
+) -> Result<Rendered, RenderError> {
+    render_tiles((view, None), config, false, None, progress, on_tile)
 }
 
 /// Renders a frame of a sequence. `memory` comes from the frame before, rendered with

@@ -56,3 +56,20 @@ pub const SMALL: [&str; 3] = ["render", "--size", "5x3"];
 pub fn small(more: &[&'static str]) -> Vec<&'static str> {
     [&SMALL, more].concat()
 }
+
+/// A red ball before a camera.
+pub const BALL: &str = "format = 1
+[camera]
+eye = [0, 0, 9]
+look_at = [0, 0, 0]
+fov_y = 30
+[[light]]
+directional = { direction = [-1, -1, -1], irradiance = [3, 3, 3] }
+[material.red]
+base_color = [1, 0, 0]
+[shape.ball]
+sphere = { center = [0, 0, 0], radius = 1 }
+[[instance]]
+shape = 'ball'
+material = 'red'
+";

@@ -1,6 +1,7 @@
 //! How the help of commands is laid out: rare options under headings of their own, and examples at
 //! the end. What stands under no heading is what most people need.
 
+use super::page::HIDDEN;
 use clap::Command;
 
 /// Headings, and the options below each, by the names of their fields.
@@ -58,7 +59,7 @@ const HEADINGS: [(&str, &[&str]); 6] = [
 ];
 
 /// Commands, and lines that people may begin from.
-const EXAMPLES: [(&str, &[&str]); 10] = [
+const EXAMPLES: [(&str, &[&str]); 11] = [
     (
         "render",
         &[
@@ -67,6 +68,14 @@ const EXAMPLES: [(&str, &[&str]); 10] = [
             "lanecast render part.csg --view iso --integrator edges",
             "lanecast render room.toml -o room.exr --spp 256 --aov all",
             "lanecast render walk.glb --frames 0..48 --fps 24",
+        ],
+    ),
+    (
+        "view",
+        &[
+            "lanecast view part.glb --open",
+            "lanecast view part.csg --integrator path --clip 0,0,1,0",
+            "lanecast view part.glb --listen 127.0.0.1:8123",
         ],
     ),
     (
@@ -138,6 +147,9 @@ pub fn laid_out(command: Command) -> Command {
             None => arg,
         })
     });
+    for name in HIDDEN {
+        command = command.mut_subcommand("view", |view| view.mut_arg(name, |arg| arg.hide(true)));
+    }
     for (name, lines) in EXAMPLES {
         command = command.mut_subcommand(name, |command| {
             let before = command.get_after_help().map(|text| format!("{text}\n\n"));

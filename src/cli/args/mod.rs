@@ -12,6 +12,7 @@ mod import;
 mod layout;
 mod light;
 mod outputs;
+mod page;
 mod sequence;
 mod shutter;
 mod tradeoff;
@@ -23,6 +24,9 @@ pub use bench::BenchArgs;
 pub use compare::CompareArgs;
 pub use layout::laid_out;
 pub use light::{has_lens, needed_integrator};
+#[cfg(feature = "view")]
+pub use page::OWN_OPTIONS;
+pub use page::PageArgs;
 pub use tradeoff::{Accuracy, TradeoffArgs};
 pub use values::Size;
 pub use view::ViewArgs;

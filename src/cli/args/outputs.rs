@@ -31,6 +31,9 @@ pub struct OutputArgs {
     /// Denoise, with --features denoise of the program
     #[arg(long, conflicts_with = "samples")]
     pub denoise: bool,
+    /// Show the picture in the viewer tev while it is rendered, such as one at 127.0.0.1:14158
+    #[arg(long, value_name = "HOST:PORT", conflicts_with_all = ["samples", "frames"])]
+    pub display: Option<String>,
 }
 
 /// The outputs of `--aov`.

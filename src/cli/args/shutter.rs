@@ -26,6 +26,12 @@ pub enum ShutterChoice {
 }
 
 impl ShutterArgs {
+    /// Says whether a shutter is asked for.
+    #[cfg(feature = "view")]
+    pub fn is_open(&self) -> bool {
+        matches!(self.shutter, Some(ShutterChoice::Open { .. }))
+    }
+
     /// Returns the exposure of the frame at `time`, whose next is `step` later; `None` where
     /// light is taken at an instant, or nothing moves. `row` is that of the camera.
     pub fn exposure(

@@ -4,7 +4,9 @@
 //! file must still lie in that folder, unless the user allows files outside.
 
 use crate::{LoadError, LoadOptions};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
 
 /// The folder of a scene file, and which files a scene in it may name.
 #[derive(Clone, Debug)]
@@ -15,6 +17,25 @@ pub struct Folder {
     allow_outside: bool,
     /// The outputs that exist already, with links followed.
     outputs: Vec<PathBuf>,
+    asked: Option<AskedFiles>,
+}
+
+/// The files that scene files have named, whether they exist or not, for those who wait for
+/// changes. Clones share the list.
+#[derive(Clone, Debug, Default)]
+pub struct AskedFiles(Arc<Mutex<BTreeSet<PathBuf>>>);
+
+impl AskedFiles {
+    /// Returns the paths in order, without repetitions.
+    pub fn paths(&self) -> Vec<PathBuf> {
+        let paths = self.0.lock().unwrap_or_else(|e| e.into_inner());
+        paths.iter().cloned().collect()
+    }
+
+    fn add(&self, path: &Path) {
+        let mut paths = self.0.lock().unwrap_or_else(|e| e.into_inner());
+        paths.insert(path.into());
+    }
 }
 
 impl Folder {
@@ -30,6 +51,7 @@ impl Folder {
                 .iter()
                 .filter_map(|output| output.canonicalize().ok())
                 .collect(),
+            asked: options.asked.clone(),
         }
     }
 
@@ -57,6 +79,9 @@ impl Folder {
                 .is_none();
         if leaves && !self.allow_outside {
             return Err(outside());
+        }
+        if let Some(asked) = &self.asked {
+            asked.add(&path);
         }
         let real = |p: &Path| {
             p.canonicalize().map_err(|source| LoadError::Read {

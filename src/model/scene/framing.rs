@@ -99,8 +99,13 @@ impl Camera {
 impl Scene {
     /// Replaces all cameras by one that frames the scene; `aspect` is the picture's width over its
     /// height.
-    pub fn framed(mut self, outlook: &Outlook, instances: &Instances, aspect: f64) -> Scene {
+    pub fn framed(self, outlook: &Outlook, instances: &Instances, aspect: f64) -> Scene {
         let camera = framing_camera(&self, instances, outlook, aspect);
+        self.seen_by(camera)
+    }
+
+    /// Replaces all cameras by one that stands still, whose numbers are finite.
+    pub fn seen_by(mut self, camera: Camera) -> Scene {
         let mut cameras = Cameras::default();
         cameras.rows.push(camera);
         Arc::make_mut(&mut self.tables).cameras = cameras;

@@ -1,0 +1,364 @@
+//! What a page shows, as options of `render`: parsed as the command line is, so that this command
+//! line makes the same picture.
+
+use super::model::Model;
+use crate::cli::args::{OWN_OPTIONS, PageArgs, RenderArgs};
+use crate::cli::error::CliError;
+use crate::cli::pipeline::{lit, named};
+use crate::cli::render::{check_alpha, composed};
+use crate::cli::{memory, metadata, render_args};
+use crate::io::{Development, LoadError};
+use crate::render::{Backdrop, RenderConfig};
+use crate::scene::{Camera, Instances, Scene, Timeline};
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Options of `render` that pages set; all others are as `view` was started.
+const SETTABLE: [&str; 16] = [
+    "size",
+    "frames",
+    "camera",
+    "view",
+    "fit",
+    "eye",
+    "look-at",
+    "up",
+    "fov-y",
+    "orthographic",
+    "integrator",
+    "precision",
+    "spp",
+    "exposure",
+    "tone",
+    "background",
+];
+
+/// The one of them that takes no value.
+const FLAG: &str = "fit";
+
+/// What `view` was started with.
+pub struct Base {
+    pub scene: Option<PathBuf>,
+    /// The arguments of `render` that pages do not set.
+    tokens: Vec<String>,
+    /// Those that they do, by name.
+    pub options: BTreeMap<String, String>,
+    pub threads: Option<u32>,
+    is_shut: bool,
+}
+
+/// What a page asks to see.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Look {
+    /// A number of the page's own, which answers repeat.
+    pub id: u64,
+    pub options: BTreeMap<String, String>,
+}
+
+/// A picture that can be rendered.
+pub struct Shot {
+    pub config: RenderConfig,
+    pub development: Development,
+    pub camera: Camera,
+    /// With the lights that the picture needs, at its time.
+    pub scene: Scene,
+    /// Of the scene at its time, if that is not its beginning.
+    pub placed: Option<Instances>,
+    pub command: String,
+}
+
+/// What a page is told of the picture that it gets.
+#[derive(Serialize)]
+#[serde(tag = "kind", rename = "seen")]
+pub struct Seen<'s> {
+    id: u64,
+    /// Of the scene.
+    revision: u64,
+    command: &'s str,
+    width: u32,
+    height: u32,
+    integrator: &'static str,
+    spp: u32,
+    eye: [f64; 3],
+    right: [f64; 3],
+    up: [f64; 3],
+    forward: [f64; 3],
+    /// Half the picture's height: at distance 1, or of parallel rays in world units.
+    half_height: f64,
+    is_parallel: bool,
+    /// How far along the view axis the middle of the scene lies.
+    depth: f64,
+}
+
+impl Base {
+    /// Takes the arguments of the command as they were written. Refuses what a page has no use for.
+    pub fn of(args: &PageArgs, tokens: Vec<String>) -> Result<Base, CliError> {
+        let render = &args.render;
+        let refused = [
+            ("-o", render.output.is_some(), "the page saves its picture"),
+            (
+                "--accuracy",
+                render.accuracy.is_some(),
+                "choose --precision and --spp",
+            ),
+            (
+                "--samples",
+                render.light.samples.is_some(),
+                "a page shows whole pictures",
+            ),
+            (
+                "--frames",
+                render.sequence.frames.is_some(),
+                "a page shows one picture at a time",
+            ),
+            (
+                "--denoise",
+                render.outputs.denoise,
+                "a page shows pictures as they are traced",
+            ),
+            (
+                "--display",
+                render.outputs.display.is_some(),
+                "the page is one",
+            ),
+            (
+                "--aov",
+                render.outputs.aov.is_some(),
+                "choose what is shown with --integrator",
+            ),
+            (
+                "--stats",
+                render.common.stats.is_some(),
+                "render writes them",
+            ),
+            ("--json", render.common.json.is_some(), "render writes it"),
+            (
+                "--ground",
+                render.light.ground,
+                "the ground is made for one camera",
+            ),
+            (
+                "--shutter",
+                render.shutter.is_open(),
+                "a page shows things at one time",
+            ),
+        ];
+        if let Some((name, _, why)) = refused.iter().find(|(_, is, _)| *is) {
+            return Err(CliError::Usage(format!(
+                "{name} is not for view: {why}; leave it out"
+            )));
+        }
+        let mut base = Base {
+            scene: render.scene.clone(),
+            tokens: Vec::new(),
+            options: BTreeMap::new(),
+            threads: render.common.threads,
+            is_shut: render.shutter.shutter.is_some(),
+        };
+        let mut tokens = tokens.into_iter();
+        while let Some(token) = tokens.next() {
+            let (name, value) = match token.split_once('=') {
+                Some((name, value)) => (name, Some(value.to_owned())),
+                None => (&*token, None),
+            };
+            let own = OWN_OPTIONS.iter().find(|(own, _)| *own == name);
+            let set = name
+                .strip_prefix("--")
+                .filter(|name| SETTABLE.contains(name));
+            match (own, set) {
+                (Some((_, takes_value)), _) => {
+                    if *takes_value && value.is_none() {
+                        tokens.next();
+                    }
+                }
+                (None, Some(FLAG)) => {
+                    base.options.insert(FLAG.into(), String::new());
+                }
+                (None, Some(set)) => {
+                    let value = value.or_else(|| tokens.next()).unwrap_or_default();
+                    base.options.insert(set.into(), value);
+                }
+                (None, None) => base.tokens.push(token),
+            }
+        }
+        Ok(base)
+    }
+
+    /// Returns the arguments of `render` for a look of options that pages may set.
+    fn arguments(&self, model: &Model, look: &Look) -> Result<Vec<String>, CliError> {
+        let mut arguments = vec!["render".to_owned()];
+        arguments.extend(self.tokens.iter().cloned());
+        if model.about.has_shutter && !self.is_shut {
+            arguments.extend(["--shutter".into(), "0".into()]);
+        }
+        for (name, value) in &look.options {
+            if !SETTABLE.contains(&&**name) {
+                return Err(CliError::Usage(format!("a page cannot set --{name}")));
+            }
+            match name == FLAG {
+                true => arguments.push(format!("--{name}")),
+                // An option's value may begin with a hyphen.
+                false => arguments.push(format!("--{name}={value}")),
+            }
+        }
+        Ok(arguments)
+    }
+
+    /// Returns the command line of `probe` that tells of this ray; empty for the built-in scene,
+    /// which `probe` cannot name.
+    pub fn probe_command(&self, org: DVec3, dir: DVec3) -> String {
+        const SHARED: [(&str, bool); 4] = [
+            ("--allow-outside", false),
+            ("--point-radius", true),
+            ("--scad-curves", true),
+            ("--clip", true),
+        ];
+        let Some(scene) = &self.scene else {
+            return String::new();
+        };
+        let mut arguments = vec!["probe".to_owned(), scene.display().to_string()];
+        let mut tokens = self.tokens.iter();
+        while let Some(token) = tokens.next() {
+            let (name, value) = token
+                .split_once('=')
+                .map_or((&**token, None), |(a, b)| (a, Some(b)));
+            if let Some((_, takes_value)) = SHARED.iter().find(|(shared, _)| *shared == name) {
+                arguments.push(token.clone());
+                if *takes_value && value.is_none() {
+                    arguments.extend(tokens.next().cloned());
+                }
+            }
+        }
+        let vector = |[x, y, z]: [f64; 3]| format!("{x:?},{y:?},{z:?}");
+        arguments.push(format!("--org={}", vector(org.to_array())));
+        arguments.push(format!("--dir={}", vector(dir.to_array())));
+        command(&arguments)
+    }
+
+    /// Returns the parsed arguments without those that pages set.
+    pub fn plain(&self) -> Result<RenderArgs, CliError> {
+        parsed([&["render".to_owned()], &*self.tokens].concat())
+    }
+}
+
+fn parsed(arguments: Vec<String>) -> Result<RenderArgs, CliError> {
+    render_args(arguments).map_err(|e| {
+        let text = e.render().to_string();
+        let text = text.trim().trim_start_matches("error: ");
+        // The rest is about --help.
+        let text = text.split("\n\n").next().unwrap_or_default();
+        CliError::Usage(text.to_owned())
+    })
+}
+
+impl Shot {
+    /// Completes a look by the scene. Refuses what `render` would.
+    pub fn of(base: &Base, model: &Model, look: &Look) -> Result<Shot, CliError> {
+        let arguments = base.arguments(model, look)?;
+        let command = command(&arguments);
+        let args = parsed(arguments)?;
+        let path = Path::new("view.png");
+        let config = args.config()?;
+        let development = args.development.checked(path)?;
+        memory::check(&config, development.bits, path)?;
+        check_alpha(config.backdrop == Backdrop::Transparent, path)?;
+        let (scene, config) = composed(&args, model.scene.clone(), config)?;
+        let (development, config) = args.development.complete(development, path, config);
+        let (scene, camera, row) = lit(scene, &config, &model.instances)?;
+        let shot = Shot {
+            config,
+            development,
+            camera,
+            scene,
+            placed: None,
+            command,
+        };
+        match args.sequence.timeline().map_err(CliError::Usage)? {
+            Some(timeline) => shot.at_frame(&timeline, row, named(base.scene.as_deref())),
+            None => Ok(shot),
+        }
+    }
+
+    /// Goes to the first frame of a timeline. `row` is that of the camera, unless it was made.
+    fn at_frame(
+        self,
+        timeline: &Timeline,
+        row: Option<usize>,
+        path: &Path,
+    ) -> Result<Shot, CliError> {
+        let of_scene = |source| LoadError::of_scene(path, source);
+        let time = timeline.time(timeline.first.into(), self.scene.seconds.0);
+        let scene = self.scene.at(time).map_err(of_scene)?;
+        let instances = Instances::of(&scene).map_err(of_scene)?;
+        Ok(Shot {
+            config: RenderConfig {
+                frame: timeline.first,
+                ..self.config
+            },
+            camera: row.map_or(self.camera, |row| scene.cameras.rows[row]),
+            scene,
+            placed: Some(instances),
+            ..self
+        })
+    }
+
+    /// Describes the picture of look `id`, of the scene of this revision.
+    pub fn seen<'s>(&'s self, id: u64, (revision, model): (u64, &Model)) -> Seen<'s> {
+        let camera = &self.camera;
+        let (center, diagonal) = model.extent;
+        let depth = (center - camera.eye).dot(camera.forward);
+        Seen {
+            id,
+            revision,
+            command: &self.command,
+            width: self.config.width,
+            height: self.config.height,
+            integrator: metadata::integrator(self.config.integrator),
+            spp: self.config.samples(),
+            eye: camera.eye.to_array(),
+            right: camera.right.to_array(),
+            up: camera.up.to_array(),
+            forward: camera.forward.to_array(),
+            half_height: camera.projection.half_height(),
+            is_parallel: camera.projection.is_parallel(),
+            // From within the scene, or with it behind, the eye turns about what is near.
+            depth: depth.max(diagonal * 0.1),
+        }
+    }
+}
+
+/// Returns the command line of these arguments, for a shell.
+fn command(arguments: &[String]) -> String {
+    let words = arguments.iter().map(|word| quoted(word));
+    let words: Vec<String> = std::iter::once("lanecast".to_owned())
+        .chain(words)
+        .collect();
+    words.join(" ")
+}
+
+fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-+./:=,@%".contains(c);
+    match !word.is_empty() && word.chars().all(is_plain) {
+        true => word.to_owned(),
+        false => format!("'{}'", word.replace('\'', "'\\''")),
+    }
+}
+
+/// Returns what messages call the scene.
+pub fn name(base: &Base) -> String {
+    named(base.scene.as_deref()).display().to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_quoted_for_a_shell() {
+        assert_eq!(quoted("--eye=-1,2e-7,3"), "--eye=-1,2e-7,3");
+        assert_eq!(quoted("a b'c$"), "'a b'\\''c$'");
+        assert_eq!(quoted(""), "''");
+    }
+}

@@ -4,7 +4,29 @@
 //! file must still lie in that folder, unless the user allows files outside.
 
 use crate::{LoadError, LoadOptions};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// The files that a scene was read from, beside its own: a list that clones share. A name that led
+/// to no file is in it, too, for a file that comes there makes another scene.
+#[derive(Clone, Debug, Default)]
+pub struct ReadLog(Arc<Mutex<BTreeSet<PathBuf>>>);
+
+impl ReadLog {
+    /// Returns the files so far.
+    pub fn files(&self) -> BTreeSet<PathBuf> {
+        self.0
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .clone()
+    }
+
+    pub(crate) fn add(&self, path: &Path) {
+        let mut files = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        files.insert(path.into());
+    }
+}
 
 /// The folder of a scene file, and which files a scene in it may name.
 #[derive(Clone, Debug)]
@@ -15,6 +37,7 @@ pub struct Folder {
     allow_outside: bool,
     /// The outputs that exist already, with links followed.
     outputs: Vec<PathBuf>,
+    reads: ReadLog,
 }
 
 impl Folder {
@@ -25,6 +48,7 @@ impl Folder {
             scene: scene.into(),
             root: parent.unwrap_or(Path::new(".")).into(),
             allow_outside: options.allow_outside,
+            reads: options.reads.clone(),
             outputs: options
                 .outputs
                 .iter()
@@ -64,7 +88,9 @@ impl Folder {
                 source,
             })
         };
-        let found = real(&path)?;
+        let found = real(&path);
+        self.reads.add(found.as_deref().unwrap_or(&path));
+        let found = found?;
         if !self.allow_outside && !found.starts_with(real(&self.root)?) {
             return Err(outside());
         }

@@ -25,7 +25,7 @@ pub fn pick_camera(cameras: &Cameras, asked: Option<&str>) -> Result<Option<usiz
     cameras.pick(asked).map_err(unknown)
 }
 
-/// Replaces the scene's cameras by the one that `--view` or `--fit` asks for, if any, and returns
+/// Replaces the scene's cameras by the one that `--view`, `--orbit` or `--fit` asks for, if any, and returns
 /// the configuration that sees it. Errors name the file `path`.
 pub fn viewed(
     scene: Scene,
@@ -34,7 +34,7 @@ pub fn viewed(
     path: &Path,
 ) -> Result<(Scene, RenderConfig), CliError> {
     let scene = viewed_at(scene, config.aspect(), args, path)?;
-    let camera = match args.view.is_some() || args.fit {
+    let camera = match args.replaces_cameras() {
         true => None,
         false => config.camera.clone(),
     };
@@ -48,8 +48,9 @@ pub fn viewed_at(
     args: &ViewArgs,
     path: &Path,
 ) -> Result<Scene, CliError> {
-    let outlook = match args.view {
-        Some(view) => view.outlook(),
+    let asked = args.orbit.or(args.view.map(|view| view.outlook()));
+    let outlook = match asked {
+        Some(outlook) => outlook,
         None if args.fit => {
             let Some(row) = pick_camera(&scene.cameras, args.camera.as_deref())? else {
                 // The default view frames the scene.

@@ -9,6 +9,7 @@
 //! Linux even before the Rust runtime (`main.rs`).
 
 mod args;
+mod batch;
 mod bench;
 mod compare;
 mod convert;
@@ -37,6 +38,7 @@ mod render;
 mod roots;
 mod scene;
 mod shutter;
+mod thumbs;
 mod tradeoff;
 mod verify;
 mod version;
@@ -45,9 +47,9 @@ mod version;
 pub use cpu::check_before_main;
 
 use args::{
-    BenchArgs, CompareArgs, CompletionsArgs, ConvertArgs, ExportArgs, ExtremesArgs, ManArgs,
-    MeasureArgs, MergeArgs, PlanArgs, ProbeArgs, RenderArgs, RootsArgs, TradeoffArgs, VerifyArgs,
-    VersionArgs, laid_out,
+    BatchArgs, BenchArgs, CompareArgs, CompletionsArgs, ConvertArgs, ExportArgs, ExtremesArgs,
+    ManArgs, MeasureArgs, MergeArgs, PlanArgs, ProbeArgs, RenderArgs, RootsArgs, ThumbsArgs,
+    TradeoffArgs, VerifyArgs, VersionArgs, laid_out,
 };
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use error::CliError;
@@ -72,6 +74,10 @@ struct Cli {
 enum Command {
     /// Render a scene; without SCENE, the built-in one
     Render(RenderArgs),
+    /// Render all pictures of a job: scenes by cameras, variants and frames
+    Batch(BatchArgs),
+    /// Render a small picture of each scene file below folders, and a page of all
+    Thumbs(ThumbsArgs),
     /// Add parts of a picture up, which render --samples wrote
     Merge(MergeArgs),
     /// Compare two pictures, channel by channel
@@ -146,6 +152,8 @@ fn run() -> ExitCode {
     }
     ended(match &cli.command {
         Command::Render(args) => render::run(args),
+        Command::Batch(args) => batch::run(args, render_command()),
+        Command::Thumbs(args) => thumbs::run(args, render_command()),
         Command::Merge(args) => merge::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Verify(args) => verify::run(args),
@@ -179,6 +187,13 @@ fn ended(done: Result<(), CliError>) -> ExitCode {
 /// Parses the arguments of this process.
 fn parse() -> Result<Cli, clap::Error> {
     Cli::from_arg_matches(&command().try_get_matches()?)
+}
+
+/// Returns the definition of `lanecast render`.
+fn render_command() -> clap::Command {
+    let command = command();
+    let render = command.find_subcommand("render").cloned();
+    render.expect("the command line has the subcommand")
 }
 
 /// Returns the command line as it is parsed and shown. A negative number after an option is its

@@ -3,6 +3,8 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod batch;
+mod batch_messages;
 mod bench;
 mod commands;
 mod compare;
@@ -25,6 +27,7 @@ mod shutters;
 mod solids;
 mod solvers;
 mod surfaces;
+mod thumbs;
 mod tradeoff;
 mod verify;
 mod views;

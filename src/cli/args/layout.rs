@@ -58,7 +58,7 @@ const HEADINGS: [(&str, &[&str]); 6] = [
 ];
 
 /// Commands, and lines that people may begin from.
-const EXAMPLES: [(&str, &[&str]); 10] = [
+const EXAMPLES: [(&str, &[&str]); 12] = [
     (
         "render",
         &[
@@ -68,6 +68,19 @@ const EXAMPLES: [(&str, &[&str]); 10] = [
             "lanecast render room.toml -o room.exr --spp 256 --aov all",
             "lanecast render walk.glb --frames 0..48 --fps 24",
         ],
+    ),
+    (
+        "batch",
+        &[
+            "lanecast batch job.toml --list",
+            "lanecast batch job.toml --out pictures",
+            "lanecast batch job.toml --out pictures --shard 0/4",
+            "lanecast batch job.toml --out pictures --merge",
+        ],
+    ),
+    (
+        "thumbs",
+        &["lanecast thumbs parts --out thumbs --background white"],
     ),
     (
         "merge",

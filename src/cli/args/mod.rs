@@ -5,6 +5,7 @@
 //! values.
 
 mod about;
+mod batch;
 mod bench;
 mod compare;
 mod development;
@@ -14,15 +15,18 @@ mod light;
 mod outputs;
 mod sequence;
 mod shutter;
+mod thumbs;
 mod tradeoff;
 mod values;
 mod view;
 
 pub use about::{CompletionsArgs, ManArgs, VersionArgs};
+pub use batch::BatchArgs;
 pub use bench::BenchArgs;
 pub use compare::CompareArgs;
 pub use layout::laid_out;
 pub use light::{has_lens, needed_integrator};
+pub use thumbs::ThumbsArgs;
 pub use tradeoff::TradeoffArgs;
 pub use values::Size;
 pub use view::ViewArgs;

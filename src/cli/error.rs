@@ -16,6 +16,9 @@ pub enum CliError {
     Load(#[from] LoadError),
     #[error(transparent)]
     Save(#[from] SaveError),
+    /// An input that is no scene.
+    #[error("{0}")]
+    Input(String),
     /// A picture that would need more memory than is free.
     #[error("{0}")]
     Memory(String),
@@ -24,6 +27,9 @@ pub enum CliError {
     Display(String),
     #[error("standard output: cannot be written: {0}")]
     Stdout(std::io::Error),
+    /// Interrupted with a part of the work done, which stays.
+    #[error("{0}")]
+    Stopped(String),
     #[error("interrupted; nothing was written")]
     Interrupted,
     /// Interrupted while results waited for the reader of a pipe.
@@ -56,9 +62,9 @@ impl CliError {
             // An output that names one of the scene's own files is a usage error, too:
             // it is detected before the file is read.
             CliError::Usage(_) | CliError::Load(LoadError::Output { .. }) => 2,
-            CliError::Load(_) | CliError::Memory(_) => 3,
+            CliError::Load(_) | CliError::Input(_) | CliError::Memory(_) => 3,
             CliError::Save(_) | CliError::Stdout(_) | CliError::Display(_) => 4,
-            CliError::Interrupted | CliError::Unread => 130,
+            CliError::Interrupted | CliError::Stopped(_) | CliError::Unread => 130,
         }
     }
 }

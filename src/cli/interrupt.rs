@@ -29,6 +29,9 @@ const BY_TIMEOUT: u8 = 2;
 /// received part of them.
 static SENDING: AtomicBool = AtomicBool::new(false);
 
+/// Set by a command whose finished parts stay.
+static KEEPS: AtomicBool = AtomicBool::new(false);
+
 /// Set once a signal has come to a process that [`watch`] looks after.
 static SIGNALLED: AtomicBool = AtomicBool::new(false);
 
@@ -90,13 +93,24 @@ fn end() {
         ENDED_BY.compare_exchange(UNDECIDED, BY_TIMEOUT, Ordering::SeqCst, Ordering::SeqCst);
     if taken.is_ok() {
         let _nothing_begins = (end_children(), discard_unfinished());
+        let keeps = || {
+            CliError::Stopped(
+                "interrupted; what is done stays, and the same command goes on".into(),
+            )
+        };
         let error = match SENDING.load(Ordering::SeqCst) {
             true => CliError::Unread,
+            false if KEEPS.load(Ordering::SeqCst) => keeps(),
             false => CliError::Interrupted,
         };
         complain(&format!("error: {error}"));
         std::process::exit(error.exit_code().into());
     }
+}
+
+/// Records that what is done stays if the process is ended.
+pub fn keep_what_is_done() {
+    KEEPS.store(true, Ordering::SeqCst);
 }
 
 /// Records that results are now written where they cannot be taken back; no file has

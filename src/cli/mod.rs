@@ -10,6 +10,7 @@
 
 mod accuracy;
 mod args;
+mod batch;
 mod bench;
 mod compare;
 mod convert;
@@ -39,6 +40,7 @@ mod roots;
 mod scene;
 mod shutter;
 mod tev;
+mod thumbs;
 mod tradeoff;
 mod verify;
 mod version;
@@ -48,9 +50,9 @@ mod view;
 pub use cpu::check_before_main;
 
 use args::{
-    BenchArgs, CompareArgs, CompletionsArgs, ConvertArgs, ExportArgs, ExtremesArgs, ManArgs,
-    MeasureArgs, MergeArgs, PageArgs, PlanArgs, ProbeArgs, RenderArgs, RootsArgs, TradeoffArgs,
-    VerifyArgs, VersionArgs, laid_out,
+    BatchArgs, BenchArgs, CompareArgs, CompletionsArgs, ConvertArgs, ExportArgs, ExtremesArgs,
+    ManArgs, MeasureArgs, MergeArgs, PageArgs, PlanArgs, ProbeArgs, RenderArgs, RootsArgs,
+    ThumbsArgs, TradeoffArgs, VerifyArgs, VersionArgs, laid_out,
 };
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use error::CliError;
@@ -78,6 +80,10 @@ enum Command {
     Render(RenderArgs),
     /// Look at a scene from all sides, on a page in a browser
     View(PageArgs),
+    /// Render all pictures of a job: scenes by cameras, variants and frames
+    Batch(BatchArgs),
+    /// Render a small picture of each scene file below folders, and a page of all
+    Thumbs(ThumbsArgs),
     /// Add parts of a picture up, which render --samples wrote
     Merge(MergeArgs),
     /// Compare two pictures, channel by channel
@@ -153,6 +159,8 @@ fn run() -> ExitCode {
     ended(match &cli.command {
         Command::Render(args) => rendered(args),
         Command::View(args) => view::run(args),
+        Command::Batch(args) => batch::run(args, render_command()),
+        Command::Thumbs(args) => thumbs::run(args, render_command()),
         Command::Merge(args) => merge::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Verify(args) => verify::run(args),
@@ -211,6 +219,13 @@ fn render_args(arguments: Vec<String>) -> Result<RenderArgs, clap::Error> {
 /// Parses the arguments of a process.
 fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Cli, clap::Error> {
     Cli::from_arg_matches(&command().try_get_matches_from(arguments)?)
+}
+
+/// Returns the definition of `lanecast render`.
+fn render_command() -> clap::Command {
+    let command = command();
+    let render = command.find_subcommand("render").cloned();
+    render.expect("the command line has the subcommand")
 }
 
 /// Returns the command line as it is parsed and shown. A negative number after an option is its

@@ -250,9 +250,14 @@ impl Prepared {
 
     /// Builds the trees on the pool.
     pub fn world(&self, watch: &mut Watch, stats: &mut Stats) -> World {
+        self.world_on(&self.pool, (watch, stats))
+    }
+
+    /// Builds the trees on another pool.
+    pub fn world_on(&self, pool: &ThreadPool, (watch, stats): (&mut Watch, &mut Stats)) -> World {
         let structure = structure_of(&self.plan, &self.kd, self.counts);
         let build = || World::build_to(self.build, &self.scene, &self.instances, structure);
-        let world = self.pool.install(build);
+        let world = pool.install(build);
         for (name, bytes) in world.bytes() {
             stats.memory.insert(name.into(), bytes as u64);
         }

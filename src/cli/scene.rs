@@ -26,8 +26,8 @@ pub fn pick_camera(cameras: &Cameras, asked: Option<&str>) -> Result<Option<usiz
     cameras.pick(asked).map_err(unknown)
 }
 
-/// Replaces the scene's cameras by the one that `--view`, `--fit` or `--eye` asks for, if any, and
-/// returns the configuration that sees it. Errors name the file `path`.
+/// Replaces the scene's cameras by the one that `--view`, `--orbit`, `--fit` or `--eye` asks for, if
+/// any, and returns the configuration that sees it. Errors name the file `path`.
 pub fn viewed(
     scene: Scene,
     config: RenderConfig,
@@ -53,8 +53,9 @@ pub fn viewed_at(
         (Some(eye), Some(look_at)) => Some(placed(&scene, (eye, look_at), args)?),
         _ => None,
     };
-    let outlook = match (args.view, placed) {
-        (Some(view), _) => view.outlook(),
+    let asked = args.orbit.or(args.view.map(|view| view.outlook()));
+    let outlook = match (asked, placed) {
+        (Some(outlook), _) => outlook,
         (None, Some(camera)) if !args.fit => return Ok(scene.seen_by(camera)),
         (None, _) if !args.fit => return Ok(scene),
         (None, Some(camera)) => fitted(&camera)?,

@@ -64,8 +64,9 @@ pub use scad::Curves;
 pub use section::clipped;
 pub use shared::aovs::AovSet;
 pub use shared::child::end_children;
-pub use shared::folder::{AskedFiles, Folder};
+pub use shared::folder::{Folder, ReadLog};
 pub use shared::import_report::ImportReport;
+pub use shared::leftovers::sweep;
 pub use shared::merge_meshes::import_mesh;
 pub use shared::outputs::{Outputs, check_writable, discard_unfinished};
 pub use shared::picture::{Layer, Picture, PictureFile, picture_files};
@@ -107,8 +108,8 @@ pub struct LoadOptions {
     pub scad_curves: Curves,
     /// Half-spaces of the world that the scene is cut to.
     pub clip: Vec<HalfSpace>,
-    /// Gets the paths of the files that the scene names, if it is there.
-    pub asked: Option<AskedFiles>,
+    /// Gets the files that the scene names.
+    pub reads: ReadLog,
 }
 
 /// Reads, checks and completes a scene file: `.toml`, `.json`, `.gltf`, `.glb`,

@@ -4,6 +4,8 @@
 mod common;
 
 mod accuracy;
+mod batch;
+mod batch_messages;
 mod bench;
 mod commands;
 mod compare;
@@ -28,6 +30,7 @@ mod shutters;
 mod solids;
 mod solvers;
 mod surfaces;
+mod thumbs;
 mod tradeoff;
 mod verify;
 mod view;

@@ -59,7 +59,7 @@ const HEADINGS: [(&str, &[&str]); 6] = [
 ];
 
 /// Commands, and lines that people may begin from.
-const EXAMPLES: [(&str, &[&str]); 11] = [
+const EXAMPLES: [(&str, &[&str]); 13] = [
     (
         "render",
         &[
@@ -77,6 +77,19 @@ const EXAMPLES: [(&str, &[&str]); 11] = [
             "lanecast view part.csg --integrator path --clip 0,0,1,0",
             "lanecast view part.glb --listen 127.0.0.1:8123",
         ],
+    ),
+    (
+        "batch",
+        &[
+            "lanecast batch job.toml --list",
+            "lanecast batch job.toml --out pictures",
+            "lanecast batch job.toml --out pictures --shard 0/4",
+            "lanecast batch job.toml --out pictures --merge",
+        ],
+    ),
+    (
+        "thumbs",
+        &["lanecast thumbs parts --out thumbs --background white"],
     ),
     (
         "merge",

@@ -5,6 +5,7 @@
 //! values.
 
 mod about;
+mod batch;
 mod bench;
 mod compare;
 mod development;
@@ -15,11 +16,13 @@ mod outputs;
 mod page;
 mod sequence;
 mod shutter;
+mod thumbs;
 mod tradeoff;
 mod values;
 mod view;
 
 pub use about::{CompletionsArgs, ManArgs, VersionArgs};
+pub use batch::BatchArgs;
 pub use bench::BenchArgs;
 pub use compare::CompareArgs;
 pub use layout::laid_out;
@@ -27,6 +30,7 @@ pub use light::{has_lens, needed_integrator};
 #[cfg(feature = "view")]
 pub use page::OWN_OPTIONS;
 pub use page::PageArgs;
+pub use thumbs::ThumbsArgs;
 pub use tradeoff::{Accuracy, TradeoffArgs};
 pub use values::Size;
 pub use view::ViewArgs;

@@ -1,7 +1,7 @@
 //! Options that choose from where a scene is seen.
 
 use super::values::{parse_offset, parse_positive};
-use crate::scene::{Projection, StandardView};
+use crate::scene::{Outlook, Projection, StandardView};
 use clap::Args;
 use glam::DVec3;
 
@@ -14,12 +14,17 @@ pub struct ViewArgs {
     /// parallel rays, whatever cameras it has
     #[arg(long, value_name = "SIDE", conflicts_with = "camera", value_parser = parse_view)]
     pub view: Option<StandardView>,
+    /// Look at the whole scene from AZIMUTH degrees to the right of the front and ELEVATION degrees
+    /// above the horizon, in perspective, whatever cameras it has; FOV_Y is the angle of the
+    /// picture's height [default: of the default view]
+    #[arg(long, value_name = "AZIMUTH,ELEVATION[,FOV_Y]", conflicts_with_all = ["camera", "view"], allow_hyphen_values = true, value_parser = parse_orbit)]
+    pub orbit: Option<Outlook>,
     /// Move the camera along its direction until it frames the whole scene
     #[arg(long)]
     pub fit: bool,
     /// Place the camera here; it keeps the projection and lens of --camera, or has the default
     /// view's
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, requires = "look_at", conflicts_with = "view", value_parser = parse_offset)]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, requires = "look_at", conflicts_with_all = ["view", "orbit"], value_parser = parse_offset)]
     pub eye: Option<DVec3>,
     /// The point that the camera of --eye looks at
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, requires = "eye", value_parser = parse_offset)]
@@ -49,7 +54,7 @@ impl ViewArgs {
 
     /// Says whether the scene's own cameras are replaced.
     pub fn replaces_cameras(&self) -> bool {
-        self.view.is_some() || self.fit || self.eye.is_some()
+        self.view.is_some() || self.orbit.is_some() || self.fit || self.eye.is_some()
     }
 }
 
@@ -60,9 +65,76 @@ fn parse_angle(text: &str) -> Result<f64, String> {
     }
 }
 
+/// Returns the outlook from a direction in degrees, if there is one.
+fn orbit(azimuth: f64, elevation: f64, fov_y: Option<f64>) -> Option<Outlook> {
+    let is_angle = azimuth.is_finite() && (-90.0..=90.0).contains(&elevation);
+    let (sin, cos) = libm::sincos(azimuth.to_radians());
+    let (up, out) = libm::sincos(elevation.to_radians());
+    let projection = match fov_y {
+        None => Outlook::default().projection,
+        Some(fov) if fov > 0.0 && fov < 180.0 => Projection::Perspective {
+            half_height: libm::tan(fov.to_radians() * 0.5),
+        },
+        Some(_) => return None,
+    };
+    is_angle.then_some(Outlook {
+        towards_eye: DVec3::new(sin * out, up, cos * out),
+        // From a pole up is where the view came from: never along the view.
+        up: match elevation.abs() == 90.0 {
+            true => DVec3::new(-sin, 0.0, -cos) * elevation.signum(),
+            false => DVec3::Y,
+        },
+        projection,
+    })
+}
+
+fn parse_orbit(text: &str) -> Result<Outlook, String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|x| x.trim().parse().ok()).collect();
+    let outlook = match numbers.as_deref() {
+        Some([azimuth, elevation]) => orbit(*azimuth, *elevation, None),
+        Some([azimuth, elevation, fov]) => orbit(*azimuth, *elevation, Some(*fov)),
+        _ => None,
+    };
+    outlook.ok_or_else(|| {
+        "expected an azimuth, an elevation from -90 to 90 and perhaps an angle of view above 0 and \
+         below 180, in degrees, such as 30,20 or 30,20,35"
+            .to_owned()
+    })
+}
+
 fn parse_view(text: &str) -> Result<StandardView, String> {
     let found = StandardView::ALL.iter().find(|(name, _)| *name == text);
     found
         .map(|(_, view)| *view)
         .ok_or_else(|| "expected front, back, left, right, top, bottom or iso".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_round_begins_at_the_front_and_goes_to_the_right() {
+        let eye = |text: &str| parse_orbit(text).unwrap().towards_eye;
+        assert_eq!(eye("0,0"), StandardView::Front.outlook().towards_eye);
+        let right = StandardView::Right.outlook().towards_eye;
+        assert!(eye("90, 0").distance(right) < 1e-15);
+        assert!(eye("-90,0").distance(-right) < 1e-15);
+        let top = parse_orbit("180,90").unwrap();
+        assert!(top.towards_eye.distance(DVec3::Y) < 1e-15);
+        // From above, the back of the scene is at the bottom, as one comes from there.
+        assert!(top.up.distance(DVec3::Z) < 1e-15);
+        let bottom = parse_orbit("0,-90").unwrap();
+        assert!(bottom.up.distance(DVec3::Z) < 1e-15);
+        let wide = parse_orbit("0,0,90").unwrap().projection;
+        let Projection::Perspective { half_height } = wide else {
+            panic!("{wide:?}");
+        };
+        assert!((half_height - 1.0).abs() < 1e-15);
+        for wrong in [
+            "", "1", "1,91", "1,2,0", "1,2,180", "inf,0", "a,b", "1,2,3,4",
+        ] {
+            assert!(parse_orbit(wrong).is_err(), "{wrong}");
+        }
+    }
 }

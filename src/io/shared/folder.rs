@@ -6,7 +6,27 @@
 use crate::{LoadError, LoadOptions};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// The files that a scene was read from, beside its own: a list that clones share. A name that led
+/// to no file is in it, too, for a file that comes there makes another scene.
+#[derive(Clone, Debug, Default)]
+pub struct ReadLog(Arc<Mutex<BTreeSet<PathBuf>>>);
+
+impl ReadLog {
+    /// Returns the files so far.
+    pub fn files(&self) -> BTreeSet<PathBuf> {
+        self.0
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .clone()
+    }
+
+    pub(crate) fn add(&self, path: &Path) {
+        let mut files = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        files.insert(path.into());
+    }
+}
 
 /// The folder of a scene file, and which files a scene in it may name.
 #[derive(Clone, Debug)]
@@ -17,25 +37,7 @@ pub struct Folder {
     allow_outside: bool,
     /// The outputs that exist already, with links followed.
     outputs: Vec<PathBuf>,
-    asked: Option<AskedFiles>,
-}
-
-/// The files that scene files have named, whether they exist or not, for those who wait for
-/// changes. Clones share the list.
-#[derive(Clone, Debug, Default)]
-pub struct AskedFiles(Arc<Mutex<BTreeSet<PathBuf>>>);
-
-impl AskedFiles {
-    /// Returns the paths in order, without repetitions.
-    pub fn paths(&self) -> Vec<PathBuf> {
-        let paths = self.0.lock().unwrap_or_else(|e| e.into_inner());
-        paths.iter().cloned().collect()
-    }
-
-    fn add(&self, path: &Path) {
-        let mut paths = self.0.lock().unwrap_or_else(|e| e.into_inner());
-        paths.insert(path.into());
-    }
+    reads: ReadLog,
 }
 
 impl Folder {
@@ -46,12 +48,12 @@ impl Folder {
             scene: scene.into(),
             root: parent.unwrap_or(Path::new(".")).into(),
             allow_outside: options.allow_outside,
+            reads: options.reads.clone(),
             outputs: options
                 .outputs
                 .iter()
                 .filter_map(|output| output.canonicalize().ok())
                 .collect(),
-            asked: options.asked.clone(),
         }
     }
 
@@ -80,16 +82,15 @@ impl Folder {
         if leaves && !self.allow_outside {
             return Err(outside());
         }
-        if let Some(asked) = &self.asked {
-            asked.add(&path);
-        }
         let real = |p: &Path| {
             p.canonicalize().map_err(|source| LoadError::Read {
                 path: p.into(),
                 source,
             })
         };
-        let found = real(&path)?;
+        let found = real(&path);
+        self.reads.add(found.as_deref().unwrap_or(&path));
+        let found = found?;
         if !self.allow_outside && !found.starts_with(real(&self.root)?) {
             return Err(outside());
         }

@@ -16,7 +16,7 @@ pub(super) fn prefix(process: u32) -> String {
 
 /// Removes the temporary files that dead processes of this machine left in a folder.
 /// Failures are ignored: the files are in nobody's way.
-pub(super) fn sweep(folder: &Path) {
+pub fn sweep(folder: &Path) {
     let Ok(entries) = fs::read_dir(folder) else {
         return;
     };

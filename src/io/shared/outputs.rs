@@ -80,6 +80,20 @@ impl Outputs {
             .iter()
             .map(|file| folder_of(&file.target).into())
             .collect();
+        self.place()?;
+        for folder in &folders {
+            // Not every file system can flush a folder, and the names are there.
+            let _ = File::open(folder).and_then(|folder| folder.sync_all());
+            sweep(folder);
+        }
+        Ok(())
+    }
+
+    /// Renames all files to their targets as [`Outputs::commit`] does, and waits for no disk: after
+    /// a power failure they may be without their bytes. For many small outputs of a process that
+    /// can make each again.
+    pub fn place(mut self) -> Result<(), SaveError> {
+        self.send()?;
         let mut created = Vec::new();
         for file in self.files {
             if let Err(error) = file.temporary.rename(&file.target) {
@@ -91,11 +105,6 @@ impl Outputs {
             if !file.existed {
                 created.push(file.target);
             }
-        }
-        for folder in &folders {
-            // Not every file system can flush a folder, and the names are there.
-            let _ = File::open(folder).and_then(|folder| folder.sync_all());
-            sweep(folder);
         }
         Ok(())
     }

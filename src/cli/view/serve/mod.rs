@@ -14,7 +14,7 @@ use crate::cli::args::PageArgs;
 use crate::cli::error::CliError;
 use crate::cli::interrupt;
 use crate::cli::output::{complain, print, printable};
-use crate::io::AskedFiles;
+use crate::io::ReadLog;
 use desk::Page;
 use http::Guard;
 use look::Base;
@@ -59,7 +59,7 @@ pub fn run(args: &PageArgs) -> Result<(), CliError> {
     interrupt::leave_at_signal();
     let tokens = std::env::args().skip(2).collect();
     let base = Base::of(args, tokens)?;
-    let asked = AskedFiles::default();
+    let asked = ReadLog::default();
     let model = Model::load(&base, &asked)?;
     if let Some(warning) = &model.about.warning {
         complain(&format!("warning: {}: {warning}", model.about.name));

@@ -6,7 +6,7 @@ use crate::accel::{BuildQuality, KdQuality, Structure, World};
 use crate::cli::error::CliError;
 use crate::cli::pipeline::{self, counts_work, named, structure_of, thread_pool};
 use crate::cli::probe::{self, Report};
-use crate::io::{self, AskedFiles, LoadError, LoadOptions, Loaded};
+use crate::io::{self, ReadLog, LoadError, LoadOptions, Loaded};
 use crate::measure::{Stats, Watch};
 use crate::plan::{Choices, Kernels, Plan, PlanError, plan};
 use crate::render::RenderConfig;
@@ -70,12 +70,12 @@ fn frames(scene: &Scene, path: &Path) -> u32 {
 impl Model {
     /// Loads the scene, and builds the trees that its first picture needs. `asked` gets the files
     /// that it names.
-    pub fn load(base: &Base, asked: &AskedFiles) -> Result<Model, CliError> {
+    pub fn load(base: &Base, asked: &ReadLog) -> Result<Model, CliError> {
         let start = Instant::now();
         let args = base.plain()?;
         let path = named(base.scene.as_deref());
         let options = LoadOptions {
-            asked: Some(asked.clone()),
+            reads: asked.clone(),
             ..args.load_options(Vec::new())
         };
         let Loaded { scene, warning } = match &base.scene {

@@ -3,7 +3,7 @@
 
 use super::Shared;
 use super::model::Model;
-use crate::io::AskedFiles;
+use crate::io::ReadLog;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, SystemTime};
@@ -16,7 +16,7 @@ const PAUSE: Duration = Duration::from_millis(120);
 type Version = Option<(SystemTime, u64)>;
 
 /// Loads the scene again whenever one of its files has changed.
-pub fn watch(shared: &Arc<Shared>, asked: &AskedFiles) {
+pub fn watch(shared: &Arc<Shared>, asked: &ReadLog) {
     let Some(scene) = shared.base.scene.clone() else {
         return;
     };
@@ -34,7 +34,7 @@ pub fn watch(shared: &Arc<Shared>, asked: &AskedFiles) {
         }
         shown = seen;
         // Files of a scene that fails stay watched, for one of them may be what is wrong.
-        let named = AskedFiles::default();
+        let named = ReadLog::default();
         let loaded = Model::load(&shared.base, &named);
         let more = files_of(&scene, &named);
         let known = match loaded {
@@ -53,9 +53,9 @@ pub fn watch(shared: &Arc<Shared>, asked: &AskedFiles) {
     }
 }
 
-fn files_of(scene: &Path, asked: &AskedFiles) -> Vec<PathBuf> {
+fn files_of(scene: &Path, asked: &ReadLog) -> Vec<PathBuf> {
     let mut files = vec![scene.to_path_buf()];
-    files.extend(asked.paths());
+    files.extend(asked.files());
     files
 }
 

@@ -1,0 +1,48 @@
+//! Options of `thumbs`.
+
+use crate::cli::progress::Style;
+use clap::{Args, value_parser};
+use serde_json::{Map, Value};
+use std::path::PathBuf;
+
+#[derive(Args)]
+pub struct ThumbsArgs {
+    /// Folders, of which all scene files below are shown, or single scene files
+    #[arg(required = true, value_name = "FOLDER")]
+    pub folders: Vec<PathBuf>,
+    /// Folder of the pictures and of the page index.html; it is made if there is none. What is
+    /// there already and shows its scene as it is stays
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Size in pixels, as WIDTHxHEIGHT
+    #[arg(long, value_name = "WxH", default_value = "256x256")]
+    pub size: String,
+    /// What is behind the scenes: transparent, white, black, auto, or a linear colour R,G,B
+    #[arg(long, value_name = "WHAT", default_value = "transparent")]
+    pub background: String,
+    /// Samples per pixel
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = value_parser!(u32).range(1..=65_536))]
+    pub spp: u32,
+    /// Threads [default: all hardware threads]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1024))]
+    pub threads: Option<u32>,
+    /// Show progress on standard error: bar (on a terminal; else a line at each tenth), json (a
+    /// line every half second), none, or auto, which is a bar on a terminal, else none
+    #[arg(long, value_name = "HOW", default_value = "auto", value_parser = Style::parse)]
+    pub progress: Style,
+}
+
+impl ThumbsArgs {
+    /// Returns the options that all pictures are rendered with.
+    pub fn options(&self) -> Map<String, Value> {
+        let options: [(&str, Value); 3] = [
+            ("size", self.size.clone().into()),
+            ("background", self.background.clone().into()),
+            ("spp", self.spp.into()),
+        ];
+        let options = options.into_iter();
+        options
+            .map(|(name, value)| (name.to_owned(), value))
+            .collect()
+    }
+}

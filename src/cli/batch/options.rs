@@ -1,0 +1,102 @@
+//! Options of `lanecast render` as the keys of a table: the command's own definition says which
+//! there are, and what they take.
+
+use super::job::nearest;
+use crate::cli::args::RenderArgs;
+use clap::{ArgAction, Command, FromArgMatches};
+use serde_json::{Map, Value};
+use std::ffi::OsString;
+
+/// Options that are none of a job's, and what is in their place.
+const OF_THE_JOB: [(&str, &str); 12] = [
+    ("output", "name pictures by output = \"{scene}.png\""),
+    (
+        "camera",
+        "name cameras by camera = [\"front\"], beside [render]",
+    ),
+    ("view", "name views by view = [\"front\"], beside [render]"),
+    (
+        "orbit",
+        "ask for views by orbit = { views = 12 }, beside [render]",
+    ),
+    (
+        "frames",
+        "number frames by frame = \"0-47\", beside [render]",
+    ),
+    ("samples", "a task is a whole picture"),
+    ("threads", "that is an option of lanecast batch"),
+    ("progress", "that is an option of lanecast batch"),
+    ("stats", "the records have the statistics of each task"),
+    ("json", "the records have the statistics of each task"),
+    ("help", "that is for people"),
+    ("version", "that is for people"),
+];
+
+/// Returns the arguments that a table of options stands for. Fails with the key and the remedy.
+pub fn arguments(options: &Map<String, Value>, render: &Command) -> Result<Vec<String>, String> {
+    let mut arguments = Vec::new();
+    for (key, value) in options {
+        let name = key.replace('_', "-");
+        if let Some((_, instead)) = OF_THE_JOB.iter().find(|(of_job, _)| *of_job == name) {
+            return Err(format!("{key} is no option here: {instead}"));
+        }
+        let known = || {
+            render
+                .get_arguments()
+                .filter(|arg| arg.get_long().is_some())
+        };
+        let Some(arg) = known().find(|arg| arg.get_long() == Some(&name[..])) else {
+            let names = known().filter_map(|arg| arg.get_long());
+            let hint = nearest(&name, names).map(|near| format!("did you mean {near}? "));
+            return Err(format!(
+                "{key} is no option of lanecast render; {}lanecast render --help lists them",
+                hint.unwrap_or_default()
+            ));
+        };
+        let is_flag = matches!(arg.get_action(), ArgAction::SetTrue);
+        let repeats = matches!(arg.get_action(), ArgAction::Append);
+        match value {
+            Value::Bool(is_on) if is_flag => arguments.extend(is_on.then(|| format!("--{name}"))),
+            _ if is_flag => return Err(format!("{key} is true or false")),
+            Value::Array(list) if repeats => {
+                for value in list {
+                    arguments.push(format!("--{name}={}", text(key, value)?));
+                }
+            }
+            Value::Array(list) => {
+                let list: Result<Vec<String>, _> = list.iter().map(|v| text(key, v)).collect();
+                arguments.push(format!("--{name}={}", list?.join(",")));
+            }
+            value => arguments.push(format!("--{name}={}", text(key, value)?)),
+        }
+    }
+    Ok(arguments)
+}
+
+/// Writes a value as the command line has it.
+fn text(key: &str, value: &Value) -> Result<String, String> {
+    match value {
+        Value::String(text) => Ok(text.clone()),
+        Value::Number(number) => Ok(number.to_string()),
+        Value::Bool(true) => Ok("on".into()),
+        Value::Bool(false) => Ok("off".into()),
+        Value::Array(_) | Value::Object(_) | Value::Null => Err(format!(
+            "{key} is a text, a number, true, false, or a list of these, as lanecast render has it"
+        )),
+    }
+}
+
+/// Parses arguments after `lanecast render`. Fails with what the command would say, as one line.
+pub fn parsed(render: &mut Command, arguments: &[OsString]) -> Result<RenderArgs, String> {
+    let name = OsString::from("render");
+    let line = std::iter::once(&name).chain(arguments);
+    let parsed = render.try_get_matches_from_mut(line);
+    let parsed = parsed.and_then(|matches| RenderArgs::from_arg_matches(&matches));
+    parsed.map_err(|e| {
+        let said = e.render().to_string();
+        let said = said.strip_prefix("error: ").unwrap_or(&said);
+        // What follows is how the command is used.
+        let said = said.split("\n\n").next().unwrap_or(said);
+        said.split_whitespace().collect::<Vec<_>>().join(" ")
+    })
+}

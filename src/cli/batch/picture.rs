@@ -1,0 +1,247 @@
+//! The picture of one task, as `lanecast render` makes it, from a scene that several tasks share.
+//!
+//! Trees of meshes are built for the first task of a scene. A world that is not in use serves tasks
+//! with other views; another time, or a task beside, gets a top-level tree of its own over the same
+//! trees. No bit shows it (docs/ARCHITECTURE.md, Trees).
+
+use crate::accel::{Structure, World};
+use crate::cli::args::RenderArgs;
+use crate::cli::denoise::{self, Denoiser};
+use crate::cli::error::CliError;
+use crate::cli::metadata::{self, Told};
+use crate::cli::pipeline::{Prepared, complete, named, of_camera, structure, warn_of_losses};
+use crate::cli::render::{check_alpha, exposed};
+use crate::cli::scene::{pick_camera, viewed};
+use crate::cli::{ground, interrupt, memory, motion, shutter};
+use crate::io::{LoadError, Outputs, picture_files};
+use crate::measure::{Stats, Watch};
+use crate::render::{Backdrop, Progress, RenderConfig, View, render_blurred};
+use crate::scene::{Instances, Scene, Tables};
+use rayon::ThreadPool;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// A scene that was loaded, and the worlds over it.
+pub struct Loaded {
+    pub scene: Scene,
+    worlds: Mutex<Vec<Kept>>,
+}
+
+/// A world that tasks use, or may use next.
+struct Kept {
+    /// The time of what moves.
+    time: Option<u64>,
+    world: Arc<World>,
+}
+
+impl Loaded {
+    pub fn new(scene: Scene) -> Loaded {
+        Loaded {
+            scene,
+            worlds: Mutex::default(),
+        }
+    }
+
+    /// Returns the world of a task at a time, and whether it is the scene's first, which is built
+    /// on `pool` while others wait.
+    fn world(
+        &self,
+        prepared: &Prepared,
+        (pool, time): (&ThreadPool, f64),
+        (watch, stats): (&mut Watch, &mut Stats),
+    ) -> (Arc<World>, bool) {
+        let time = prepared.scene.moves().then_some(time.to_bits());
+        let mut worlds = self.worlds.lock().unwrap_or_else(PoisonError::into_inner);
+        if worlds.is_empty() {
+            let world = Arc::new(prepared.world_on(pool, (watch, stats)));
+            worlds.push(Kept {
+                time,
+                world: Arc::clone(&world),
+            });
+            return (world, true);
+        }
+        let asked: &Tables = &prepared.scene;
+        let is_same = |kept: &&Kept| {
+            let tables: &Tables = &kept.world.scene;
+            std::ptr::eq(tables, asked)
+        };
+        if let Some(kept) = worlds.iter().find(is_same) {
+            return (Arc::clone(&kept.world), false);
+        }
+        // Views and lights are no part of a tree: a world that nobody uses gets those of the task.
+        for kept in worlds.iter_mut().filter(|kept| kept.time == time) {
+            if let Some(world) = Arc::get_mut(&mut kept.world) {
+                world.scene = prepared.scene.clone();
+                world.instances = prepared.instances.clone();
+                return (Arc::clone(&kept.world), false);
+            }
+        }
+        let source = Arc::clone(&worlds[0].world);
+        drop(worlds);
+        let is_wide = structure(&prepared.plan, &prepared.kd) == Structure::Bvh && !prepared.counts;
+        let world = Arc::new(match is_wide {
+            true => {
+                let world = || source.at_time(&prepared.scene, &prepared.instances);
+                let world = prepared.pool.install(world);
+                stats.stages.push(watch.stage("build"));
+                world
+            }
+            false => prepared.world(watch, stats),
+        });
+        drop(source);
+        let mut worlds = self.worlds.lock().unwrap_or_else(PoisonError::into_inner);
+        // Times go on; as many worlds stay as are in use, and one that others are made from.
+        let in_use = |kept: &Kept| kept.time == time || Arc::strong_count(&kept.world) > 1;
+        worlds.retain(in_use);
+        worlds.push(Kept {
+            time,
+            world: Arc::clone(&world),
+        });
+        (world, false)
+    }
+}
+
+/// Refuses options that no scene would make right.
+pub fn check(args: &RenderArgs, output: &Path) -> Result<(), CliError> {
+    let config = args.config()?;
+    args.development.checked(output)?;
+    metadata::check(args, output, config.aovs)?;
+    check_alpha(config.backdrop == Backdrop::Transparent, output)?;
+    picture_files(output, config.aovs.any()).map_err(|e| CliError::Usage(e.to_string()))?;
+    args.sequence.timeline().map_err(CliError::Usage)?;
+    Denoiser::load(args.outputs.denoise)?;
+    Ok(())
+}
+
+/// Lists the files of a task.
+pub fn files(args: &RenderArgs, output: &Path) -> Result<Vec<PathBuf>, CliError> {
+    let files = picture_files(output, args.outputs.most().any());
+    let files = files.map_err(|e| CliError::Usage(e.to_string()))?;
+    let mut files: Vec<PathBuf> = files.into_iter().map(|(path, _)| path).collect();
+    files.extend(args.outputs.denoise.then(|| denoise::beside(output)));
+    Ok(files)
+}
+
+/// Renders a task, and returns its files, which the caller commits.
+pub fn rendered(
+    args: &RenderArgs,
+    output: &Path,
+    loaded: &Loaded,
+    (pool, progress): (&ThreadPool, &Progress),
+    (watch, stats): (&mut Watch, &mut Stats),
+) -> Result<Outputs, CliError> {
+    let config = args.config()?;
+    let development = args.development.checked(output)?;
+    let denoiser = Denoiser::load(args.outputs.denoise)?;
+    let path = args.scene.as_deref();
+    let of_scene = |source| LoadError::of_scene(named(path), source);
+    let timeline = args.sequence.timeline().map_err(CliError::Usage)?;
+
+    let scene = loaded.scene.clone();
+    let (scene, config) = viewed(scene, config, &args.common.view, named(path))?;
+    let row = pick_camera(&scene.cameras, config.camera.as_deref())?;
+    let how = (config.grid, args.light.integrator.0);
+    let seconds = scene.seconds.0;
+    let (time, step) = match &timeline {
+        Some(timeline) => (
+            timeline.time(timeline.first.into(), seconds),
+            timeline.step(seconds),
+        ),
+        None => (0.0, 1.0),
+    };
+    let shutter = args.shutter.exposure(&scene, row, how, (time, step))?;
+    let config = RenderConfig {
+        shutter,
+        frame: timeline.map_or(0, |timeline| timeline.first),
+        ..of_camera(config, &scene, args.common.size)?
+    };
+    let config = args.light.complete(config, &scene)?;
+    let config = args.outputs.complete(config)?;
+    let scene = match timeline {
+        None => exposed(scene, &config, args.light.ground, named(path))?,
+        Some(_) if args.light.ground && scene.moves() => {
+            return Err(CliError::Usage(
+                "--ground lies under things as they stand, and in this scene they move; leave it \
+                 out"
+                .into(),
+            ));
+        }
+        Some(_) => scene,
+    };
+    let (scene, config) = match args.light.ground {
+        true => ground::stand(scene, named(path), config)?,
+        false => (scene, config),
+    };
+    let asked = config.aovs;
+    let config = motion::rendered(config);
+    let config = match &denoiser {
+        Some(denoiser) => denoiser.rendered(config)?,
+        None => config,
+    };
+    memory::check(&config, development.bits, output)?;
+    let (development, config) = (args.development).complete(development, output, config);
+    let mut prepared = complete(scene, named(path), &config, watch, stats)?;
+    let middle = config.shutter.map_or(time, |exposure| exposure.middle());
+    if timeline.is_some() {
+        prepared.scene = prepared.scene.at(middle).map_err(of_scene)?;
+        prepared.instances = Instances::of(&prepared.scene).map_err(of_scene)?;
+    }
+    let (world, is_first) = loaded.world(&prepared, (pool, middle), (&mut *watch, &mut *stats));
+    interrupt::check(progress)?;
+    if is_first {
+        warn_of_losses(&prepared.scene, &config);
+    }
+    let row = prepared.camera_row;
+    let view = View {
+        world: &world,
+        kernels: prepared.plan.kernels,
+        camera: row.map_or(prepared.camera, |row| prepared.scene.cameras.rows[row]),
+        lights: &prepared.scene.lights,
+    };
+    let render = || -> Result<_, CliError> {
+        let slices = args.shutter.shutter_slices;
+        Ok(
+            match shutter::slices(&view, row, &config, slices, named(path))? {
+                Some(slices) => render_blurred(&view, &slices, &config, progress, &|_| ())?,
+                None => crate::render::render(&view, &config, false, progress)?,
+            },
+        )
+    };
+    let rendered = prepared.pool.install(render)?;
+    let mut picture = rendered.picture;
+    stats.rays = rendered.counts;
+    stats.stages.push(watch.stage("render"));
+
+    let config = RenderConfig {
+        aovs: asked,
+        ..config
+    };
+    let shown = motion::Shown {
+        scene: &prepared.scene,
+        instances: &prepared.instances,
+        camera: view.camera,
+        camera_row: row,
+        time: if timeline.is_some() || config.shutter.is_some() {
+            middle
+        } else {
+            0.0
+        },
+        step,
+    };
+    shown.add_vectors(&mut picture, &config, named(path))?;
+    // Files of one task are equal, whoever makes them: times are in the records.
+    let told = match args.outputs.metadata {
+        Told::Auto if asked.any_of_layers() => Told::Fixed,
+        told => told,
+    };
+    let mean = rendered.reached.map(|reached| reached.mean_samples);
+    picture.metadata = metadata::of(told, (&config, &view.camera, path), (&picture, mean), stats);
+    let mut outputs = Outputs::default();
+    if let Some(denoiser) = &denoiser {
+        let (filtered, _) = denoiser.filter(&mut picture, &asked, config.threads)?;
+        filtered.save_into(&denoise::beside(output), &development, &mut outputs)?;
+        stats.stages.push(watch.stage("denoise"));
+    }
+    picture.save_into(output, &development, &mut outputs)?;
+    Ok(outputs)
+}

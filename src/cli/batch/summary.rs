@@ -1,0 +1,103 @@
+//! `lanecast batch --merge`: joins the records of all runs, and names what is missing.
+
+use super::key::{Hashes, settings};
+use super::records::{Known, Record, Standing};
+use super::tasks::Tasks;
+use crate::cli::error::CliError;
+use crate::cli::output::Results;
+use crate::io::SaveError;
+use std::path::Path;
+
+/// The most ranges of numbers that a message lists.
+const MOST_RANGES: usize = 20;
+
+/// Writes `records.jsonl`, a line for each task that is done, in their order. Fails with what is
+/// missing or failed.
+pub fn merge(
+    tasks: &Tasks,
+    chosen: &[u32],
+    (out, hashes, known): (&Path, &Hashes, &Known),
+) -> Result<(), CliError> {
+    let path = out.join("records.jsonl");
+    let (mut lines, mut missing) = (Vec::new(), Vec::new());
+    let mut reasons = String::new();
+    for number in chosen {
+        let task = tasks.task(*number);
+        match known.standing(&settings(tasks, &task), (out, hashes), false) {
+            Standing::Done(record) => {
+                // Numbers are those of the job as it is.
+                let record = Record {
+                    task: *number,
+                    ..*record
+                };
+                serde_json::to_writer(&mut lines, &record).map_err(|e| SaveError::Encode {
+                    path: path.clone(),
+                    message: e.to_string(),
+                })?;
+                lines.push(b'\n');
+            }
+            standing => {
+                if let (Standing::Failed(error), true) = (standing, reasons.is_empty()) {
+                    reasons = format!("; task {number} failed: {}", error.message);
+                }
+                missing.push(*number);
+            }
+        }
+    }
+    let done = chosen.len() - missing.len();
+    let mut results = Results::default();
+    results.outputs.add(&path, lines)?;
+    results.commit(&format!(
+        "{}: {done} of {} tasks\n",
+        path.display(),
+        chosen.len()
+    ))?;
+    match missing.is_empty() {
+        true => Ok(()),
+        false => Err(CliError::Short(format!(
+            "{} of {} tasks are missing: {}{reasons}",
+            missing.len(),
+            chosen.len(),
+            ranges(&missing)
+        ))),
+    }
+}
+
+/// Writes numbers as `--tasks` reads them; many are cut short.
+pub fn ranges(numbers: &[u32]) -> String {
+    let mut ranges: Vec<(u32, u32)> = Vec::new();
+    for number in numbers {
+        match ranges.last_mut() {
+            Some((_, last)) if *last + 1 == *number => *last = *number,
+            _ => ranges.push((*number, *number)),
+        }
+    }
+    let text = ranges
+        .iter()
+        .take(MOST_RANGES)
+        .map(|(first, last)| match first == last {
+            true => first.to_string(),
+            false => format!("{first}-{last}"),
+        });
+    let text: Vec<String> = text.collect();
+    let more = if ranges.len() > MOST_RANGES {
+        ",…"
+    } else {
+        ""
+    };
+    text.join(",") + more
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_written_as_ranges() {
+        assert_eq!(ranges(&[]), "");
+        assert_eq!(ranges(&[3]), "3");
+        assert_eq!(ranges(&[0, 1, 2, 5, 7, 8]), "0-2,5,7-8");
+        let odd: Vec<u32> = (0..100).map(|i| 2 * i + 1).collect();
+        assert!(ranges(&odd).ends_with("39,…"));
+    }
+}

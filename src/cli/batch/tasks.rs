@@ -1,0 +1,379 @@
+//! The tasks of a job: the product of its axes, numbered in a fixed order, scenes outermost.
+
+use super::job::{Frame, Job, Orbit, nearest};
+use super::options::{arguments, parsed};
+use super::ranges::{MOST_NUMBERS, Ranges};
+use super::scenes;
+use super::template::{Field, Template, Value};
+use crate::cli::args::RenderArgs;
+use crate::cli::error::CliError;
+use crate::scene::StandardView;
+use clap::Command;
+use std::collections::HashMap;
+use std::ffi::OsString;
+use std::path::{Component, Path, PathBuf};
+
+/// The axes of a job. A task's number counts its frame, view, variant and scene, in this order.
+pub struct Tasks {
+    /// The folder that scenes count from.
+    folder: PathBuf,
+    scenes: Vec<PathBuf>,
+    variants: Vec<Named>,
+    views: Vec<Named>,
+    frames: Vec<Option<u32>>,
+    template: Template,
+    /// `lanecast render`, which parses the options of tasks.
+    render: Command,
+}
+
+/// A row of an axis: its name, and what it adds to the arguments.
+#[derive(Clone, Debug, Default)]
+struct Named {
+    name: String,
+    arguments: Vec<String>,
+}
+
+/// One picture.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Task {
+    pub number: u32,
+    /// The row of its scene, and of its variant.
+    pub scene: usize,
+    variant: usize,
+    view: usize,
+    pub frame: Option<u32>,
+    /// The picture, in the folder of the run.
+    pub output: PathBuf,
+}
+
+impl Tasks {
+    /// Multiplies the axes of a job. Fails where options are wrong, and where two tasks would
+    /// write one picture.
+    pub fn new(job: &Job, path: &Path, render: Command) -> Result<Tasks, CliError> {
+        let failed = |why: String| CliError::Input(format!("{}: {why}", path.display()));
+        let frames: Vec<Option<u32>> = match &job.frame {
+            None => vec![None],
+            Some(Frame::One(frame)) => vec![Some(*frame)],
+            Some(Frame::Several(text)) => {
+                let ranges = Ranges::parse(text).map_err(|why| failed(format!("frame: {why}")))?;
+                ranges.numbers().map(Some).collect()
+            }
+        };
+        let views = views(job).map_err(&failed)?;
+        let variants = variants(job, &render).map_err(&failed)?;
+        let scenes = scenes::found(&job.scene.0, path)?;
+        let template = template(job, [views.len(), variants.len()]).map_err(&failed)?;
+        let counts = [scenes.len(), variants.len(), views.len(), frames.len()];
+        let count: u128 = counts.iter().map(|n| *n as u128).product();
+        if count > u128::from(MOST_NUMBERS) {
+            return Err(failed(format!(
+                "the job has {count} tasks; at most {MOST_NUMBERS} are possible: make several jobs \
+                 of it"
+            )));
+        }
+        let tasks = Tasks {
+            folder: path.parent().unwrap_or(Path::new("")).into(),
+            scenes,
+            variants,
+            views,
+            frames,
+            template,
+            render,
+        };
+        tasks.check(path)?;
+        Ok(tasks)
+    }
+
+    pub fn len(&self) -> usize {
+        self.scenes.len() * self.variants.len() * self.views.len() * self.frames.len()
+    }
+
+    /// Returns the task of a number below [`Tasks::len`].
+    pub fn task(&self, number: u32) -> Task {
+        let row = number as usize;
+        let (row, frame) = (row / self.frames.len(), row % self.frames.len());
+        let (row, view) = (row / self.views.len(), row % self.views.len());
+        let (scene, variant) = (row / self.variants.len(), row % self.variants.len());
+        let frame = self.frames[frame];
+        let path = &self.scenes[scene];
+        let file = path.file_name().unwrap_or_default().to_string_lossy();
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let output = self.template.filled(|field| match field {
+            Field::Scene => Value::Name(&stem),
+            Field::File => Value::Name(&file),
+            Field::Folder => Value::Path(path.parent().unwrap_or(Path::new(""))),
+            Field::Camera => Value::Name(&self.views[view].name),
+            Field::Variant => Value::Name(&self.variants[variant].name),
+            Field::Frame => Value::Number(frame.unwrap_or(0)),
+            Field::Task => Value::Number(number),
+        });
+        Task {
+            number,
+            scene,
+            variant,
+            view,
+            frame,
+            output: output.into(),
+        }
+    }
+
+    /// Returns what a task's scene is called in the job.
+    pub fn scene(&self, task: &Task) -> &Path {
+        &self.scenes[task.scene]
+    }
+
+    /// Returns the path of a task's scene.
+    pub fn scene_path(&self, task: &Task) -> PathBuf {
+        without_detours(self.folder.join(&self.scenes[task.scene]))
+    }
+
+    pub fn camera(&self, task: &Task) -> &str {
+        &self.views[task.view].name
+    }
+
+    pub fn variant(&self, task: &Task) -> &str {
+        &self.variants[task.variant].name
+    }
+
+    /// Returns a number that tasks share which load their scene alike.
+    pub fn loading(&self, task: &Task) -> usize {
+        task.scene * self.variants.len() + task.variant
+    }
+
+    /// Returns the options of a task, without its scene and output.
+    pub fn options(&self, task: &Task) -> Vec<String> {
+        let frames = task
+            .frame
+            .map(|i| format!("--frames={i}..{}", u64::from(i) + 1));
+        let view = self.views[task.view].arguments.iter().cloned();
+        let variant = self.variants[task.variant].arguments.iter().cloned();
+        view.chain(frames).chain(variant).collect()
+    }
+
+    /// Returns the arguments after `lanecast` by which the same picture is rendered alone.
+    pub fn command(&self, task: &Task, out: &Path) -> Vec<OsString> {
+        let mut line: Vec<OsString> = vec!["render".into(), self.scene_path(task).into()];
+        line.extend(["-o".into(), out.join(&task.output).into()]);
+        line.extend(self.options(task).into_iter().map(OsString::from));
+        line
+    }
+
+    /// Returns `lanecast render`, of which each thread needs one.
+    pub fn parser(&self) -> Command {
+        self.render.clone()
+    }
+
+    /// Parses the arguments of a task.
+    pub fn render_args(
+        &self,
+        task: &Task,
+        out: &Path,
+        render: &mut Command,
+    ) -> Result<RenderArgs, String> {
+        parsed(render, &self.command(task, out)[1..])
+    }
+
+    /// Checks all options, once for each row that brings some, and that pictures have names of
+    /// their own inside of the folder.
+    fn check(&self, path: &Path) -> Result<(), CliError> {
+        let failed = |why: String| CliError::Input(format!("{}: {why}", path.display()));
+        let row = |variant: usize, view: usize| {
+            ((variant * self.views.len() + view) * self.frames.len()) as u32
+        };
+        let of_variants = (0..self.variants.len()).map(|variant| row(variant, 0));
+        let of_views = (0..self.views.len()).map(|view| row(0, view));
+        let mut render = self.parser();
+        for number in of_variants.chain(of_views) {
+            let task = self.task(number);
+            let of = match self.variant(&task) {
+                "" => "[render]".to_owned(),
+                name => format!("[render] with variant {name}"),
+            };
+            let wrong = |why: String| failed(format!("{of}: {why}"));
+            let args = self
+                .render_args(&task, Path::new(""), &mut render)
+                .map_err(wrong)?;
+            super::picture::check(&args, &task.output).map_err(|e| wrong(e.to_string()))?;
+        }
+        let mut first: HashMap<PathBuf, u32> = HashMap::new();
+        for number in 0..self.len() as u32 {
+            let output = self.task(number).output;
+            let inside = |part: Component| matches!(part, Component::Normal(_));
+            if !output.components().all(inside) || output.file_name().is_none() {
+                return Err(failed(format!(
+                    "output: {} is not inside of the folder of the run; write names without a / at \
+                     the beginning and without ..",
+                    output.display()
+                )));
+            }
+            if let Some(other) = first.insert(output, number) {
+                return Err(failed(self.same(other, number)));
+            }
+        }
+        Ok(())
+    }
+
+    /// Says what tells two tasks apart that would write the same picture.
+    fn same(&self, a: u32, b: u32) -> String {
+        let (a, b) = (self.task(a), self.task(b));
+        let place = match (a.scene != b.scene, a.variant != b.variant, a.view != b.view) {
+            (true, ..) if !self.template.has(Field::Scene) && !self.template.has(Field::File) => {
+                "{scene}"
+            }
+            (true, ..) => "{folder}",
+            (_, true, _) => "{variant}",
+            (_, _, true) => "{camera}",
+            _ => "{frame:04}",
+        };
+        let place = match self.template.has(Field::Folder) && place == "{folder}" {
+            true => "{task:05}",
+            false => place,
+        };
+        format!(
+            "output: tasks {} and {} would both write {}; add {place} to it",
+            a.number,
+            b.number,
+            a.output.display()
+        )
+    }
+}
+
+/// Returns a path without `a/..`, where that leads to the same file.
+fn without_detours(path: PathBuf) -> PathBuf {
+    let mut short = PathBuf::new();
+    for part in path.components() {
+        let last = short.components().next_back();
+        match (part, last) {
+            (Component::ParentDir, Some(Component::Normal(_))) => {
+                short.pop();
+            }
+            _ => short.push(part),
+        }
+    }
+    let is_same = || Some(short.canonicalize().ok()? == path.canonicalize().ok()?);
+    match short == path || is_same() != Some(true) {
+        true => path,
+        false => short,
+    }
+}
+
+/// Reads the template, or makes one of the axes with several rows.
+fn template(job: &Job, [views, variants]: [usize; 2]) -> Result<Template, String> {
+    let text = job.output.clone().unwrap_or_else(|| {
+        let mut text = String::from("{scene}");
+        let axes = [
+            (views > 1, "_{camera}"),
+            (variants > 1, "_{variant}"),
+            (job.frame.is_some(), "_{frame:04}"),
+        ];
+        axes.iter()
+            .for_each(|(is, place)| text.push_str(if *is { place } else { "" }));
+        text + ".png"
+    });
+    let template = Template::parse(&text).map_err(|why| format!("output: {why}"))?;
+    let has_views = !job.camera.0.is_empty() || !job.view.0.is_empty() || !job.orbit.0.is_empty();
+    let absent = [
+        (
+            Field::Camera,
+            has_views,
+            "{camera}",
+            "camera, view or orbit",
+        ),
+        (
+            Field::Variant,
+            !job.variant.0.is_empty(),
+            "{variant}",
+            "variant",
+        ),
+        (Field::Frame, job.frame.is_some(), "{frame}", "frame"),
+    ];
+    for (field, is_there, place, key) in absent {
+        if template.has(field) && !is_there {
+            return Err(format!(
+                "output: {place} has no value, for the job has no {key}"
+            ));
+        }
+    }
+    Ok(template)
+}
+
+/// Lists the views of a job: cameras, standard views, rounds. A job without any has one view, of
+/// each scene's first camera.
+fn views(job: &Job) -> Result<Vec<Named>, String> {
+    let mut views = Vec::new();
+    let one = |name: &str, argument: String| Named {
+        name: name.into(),
+        arguments: vec![argument],
+    };
+    for camera in &job.camera.0 {
+        views.push(one(camera, format!("--camera={camera}")));
+    }
+    for view in &job.view.0 {
+        let names = || StandardView::ALL.iter().map(|(name, _)| *name);
+        if !names().any(|name| name == view) {
+            let hint = nearest(view, names()).map(|near| format!("did you mean {near}? "));
+            let known: Vec<&str> = names().collect();
+            return Err(format!(
+                "view: '{view}' is unknown; {}known are {}; cameras of scenes are named by camera",
+                hint.unwrap_or_default(),
+                known.join(", ")
+            ));
+        }
+        views.push(one(view, format!("--view={view}")));
+    }
+    let mut number = 0;
+    for orbit in &job.orbit.0 {
+        for angle in orbit_angles(orbit)? {
+            views.push(one(
+                &format!("orbit_{number:03}"),
+                format!("--orbit={angle}"),
+            ));
+            number += 1;
+        }
+    }
+    if views.is_empty() {
+        views.push(Named::default());
+    }
+    Ok(views)
+}
+
+/// Lists the values of `--orbit` of a round, or of several at their elevations.
+fn orbit_angles(orbit: &Orbit) -> Result<Vec<String>, String> {
+    if !(1..=100_000).contains(&orbit.views) {
+        return Err("orbit: views is a number from 1 to 100000".into());
+    }
+    if !orbit.start.is_finite() {
+        return Err("orbit: start is an angle in degrees".into());
+    }
+    let fov = orbit.fov_y.map_or(String::new(), |fov| format!(",{fov}"));
+    let mut angles = Vec::new();
+    for elevation in orbit.elevation.list() {
+        for i in 0..orbit.views {
+            let azimuth = orbit.start + 360.0 * f64::from(i) / f64::from(orbit.views);
+            angles.push(format!("{azimuth},{elevation}{fov}"));
+        }
+    }
+    Ok(angles)
+}
+
+/// Lists the variants of a job with all of their options; one without a name if it has none.
+fn variants(job: &Job, render: &Command) -> Result<Vec<Named>, String> {
+    let base = || job.render.clone();
+    if job.variant.0.is_empty() {
+        let arguments = arguments(&base(), render).map_err(|why| format!("[render]: {why}"))?;
+        return Ok(vec![Named {
+            name: String::new(),
+            arguments,
+        }]);
+    }
+    let each = job.variant.0.iter().map(|variant| {
+        let mut options = base();
+        options.extend(variant.options.clone());
+        let of = |why| format!("variant {}: {why}", variant.name);
+        Ok(Named {
+            name: variant.name.clone(),
+            arguments: arguments(&options, render).map_err(of)?,
+        })
+    });
+    each.collect()
+}

@@ -1,0 +1,107 @@
+//! `lanecast thumbs`: pictures of all scene files of a folder, and their page.
+
+use crate::run::{folder, lanecast, names, stderr, stdout};
+use std::fs;
+
+const BALL: &str = "format = 1\n[shape.ball]\nsphere = { center = [0, 0, 0], radius = 1 }\n\
+                    [[instance]]\nshape = \"ball\"\n";
+const TRIANGLE: &str = "v -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n";
+const SMALL: [&str; 7] = [
+    "thumbs", "parts", "--out", "t", "--size", "16x16", "--spp=1",
+];
+
+#[test]
+fn every_scene_has_a_picture_or_a_reason_on_the_page() {
+    let folder = folder();
+    let path = folder.path();
+    fs::create_dir_all(path.join("parts/deep & dark")).unwrap();
+    fs::create_dir_all(path.join("parts/.hidden")).unwrap();
+    let write = |name: &str, text: &str| fs::write(path.join("parts").join(name), text).unwrap();
+    write("a.toml", BALL);
+    write("a.obj", TRIANGLE);
+    write("deep & dark/[b]*.obj", TRIANGLE);
+    write("@c.OBJ", TRIANGLE);
+    write("broken.stl", "no mesh");
+    write(".hidden/d.obj", TRIANGLE);
+    // What is no scene.
+    write("Cargo.toml", "[package]\nname = \"x\"\n");
+    write("notes.txt", "");
+
+    let done = lanecast(path, &SMALL);
+    assert_eq!(done.status.code(), Some(1), "{}", stderr(&done));
+    assert!(
+        stderr(&done).contains("parts/broken.stl: "),
+        "{}",
+        stderr(&done)
+    );
+    assert!(stdout(&done).contains("4 pictures"), "{}", stdout(&done));
+    assert_eq!(names(&path.join("t")), ["index.html", "parts", "records"]);
+    let pictures = ["@c.OBJ.png", "a.obj.png", "a.toml.png", "deep & dark"];
+    assert_eq!(names(&path.join("t/parts")), pictures);
+    assert_eq!(names(&path.join("t/parts/deep & dark")), ["[b]*.obj.png"]);
+    let picture = image::open(path.join("t/parts/a.toml.png"))
+        .unwrap()
+        .to_rgba8();
+    assert_eq!(picture.dimensions(), (16, 16));
+    // The ball fills the middle; the corners are transparent.
+    assert_eq!(
+        (picture.get_pixel(8, 8)[3], picture.get_pixel(0, 0)[3]),
+        (255, 0)
+    );
+    let page = fs::read_to_string(path.join("t/index.html")).unwrap();
+    assert!(
+        page.contains("src=\"parts/deep%20%26%20dark/%5Bb%5D%2A.obj.png\""),
+        "{page}"
+    );
+    assert!(
+        page.contains("<dt>t/records/../../parts/broken.stl")
+            || page.contains("parts/broken.stl</dt>")
+    );
+    assert_eq!(page.matches("<img").count(), 4);
+
+    // Only what changed is rendered again.
+    write(
+        "broken.stl",
+        "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n\
+          vertex 0 1 0\nendloop\nendfacet\nendsolid x\n",
+    );
+    let done = lanecast(path, &SMALL);
+    assert!(done.status.success(), "{}", stderr(&done));
+    assert!(stdout(&done).contains("1 pictures") && stdout(&done).contains("4 were there"));
+    let page = fs::read_to_string(path.join("t/index.html")).unwrap();
+    assert_eq!(page.matches("<img").count(), 5);
+    assert!(!page.contains("<dt>"));
+}
+
+#[test]
+fn other_pages_and_empty_folders_are_left_alone() {
+    let folder = folder();
+    let path = folder.path();
+    fs::create_dir_all(path.join("parts")).unwrap();
+    let none = lanecast(path, &SMALL);
+    assert_eq!(none.status.code(), Some(3));
+    assert!(
+        stderr(&none).contains("no scene file below parts"),
+        "{}",
+        stderr(&none)
+    );
+    fs::write(path.join("parts/a.obj"), TRIANGLE).unwrap();
+    fs::create_dir_all(path.join("t")).unwrap();
+    fs::write(path.join("t/index.html"), "mine").unwrap();
+    let refused = lanecast(path, &SMALL);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(
+        stderr(&refused).contains("t/index.html exists"),
+        "{}",
+        stderr(&refused)
+    );
+    assert_eq!(names(&path.join("t")), ["index.html"]);
+    let missing = lanecast(path, &["thumbs", "nowhere", "--out", "u"]);
+    assert_eq!(missing.status.code(), Some(3), "{}", stderr(&missing));
+    let wrong = lanecast(path, &["thumbs", "parts", "--out", "u", "--size", "big"]);
+    assert!(
+        stderr(&wrong).contains("invalid value 'big'"),
+        "{}",
+        stderr(&wrong)
+    );
+}

@@ -18,6 +18,7 @@ mod emit;
 mod facets;
 mod flat_nodes;
 mod foreign;
+mod frames;
 mod hulls;
 mod meshes;
 mod nodes;

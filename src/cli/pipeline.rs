@@ -68,7 +68,7 @@ pub fn load(
         }
         None => {
             let scene = builtin().map_err(|e| CliError::Usage(e.to_string()))?;
-            clipped(scene, &options.clip, named(path), None)?.scene
+            clipped(scene, options, named(path), None)?.scene
         }
     };
     stats.stages.push(watch.stage("load"));

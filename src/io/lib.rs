@@ -74,7 +74,7 @@ pub use shared::srgb::{SrgbEncoder, linear_from_srgb};
 pub use shared::view_transform::{Bits, Development, Tone};
 
 use crate::geom::HalfSpace;
-use crate::scene::{Edge, MeshData, Scene, SceneBuilder, SceneError};
+use crate::scene::{Edge, Hatch, MeshData, Scene, SceneBuilder, SceneError};
 use shared::points::add_points;
 use std::path::{Path, PathBuf};
 
@@ -110,6 +110,8 @@ pub struct LoadOptions {
     pub clip: Vec<HalfSpace>,
     /// Gets the files that the scene names.
     pub reads: ReadLog,
+    /// How the faces of these cuts are hatched, if they are.
+    pub hatch: Option<Hatch>,
 }
 
 /// Reads, checks and completes a scene file: `.toml`, `.json`, `.gltf`, `.glb`,
@@ -138,7 +140,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
             }
         }
     })?;
-    section::clipped(scene, &options.clip, path, warning)
+    section::clipped(scene, options, path, warning)
 }
 
 /// Fills the builder by the importer of the file's extension.

@@ -1,15 +1,14 @@
 //! Cuts a scene that is read.
 
-use super::{LoadError, Loaded};
-use crate::geom::HalfSpace;
+use super::{LoadError, LoadOptions, Loaded};
 use crate::scene::{Scene, SceneError};
 use std::path::Path;
 
-/// Keeps what is in all of some half-spaces, and warns of what is left as it is. Errors name the
-/// file `path`.
+/// Keeps what is in all of the half-spaces that options name, and warns of what is left as it is. Errors
+/// name the file `path`.
 pub fn clipped(
     scene: Scene,
-    kept: &[HalfSpace],
+    options: &LoadOptions,
     path: &Path,
     warning: Option<String>,
 ) -> Result<Loaded, LoadError> {
@@ -18,7 +17,7 @@ pub fn clipped(
         what: what.into(),
         remedy: Some(remedy.into()),
     };
-    if kept.is_empty() {
+    if options.clip.is_empty() {
         return Ok(Loaded { scene, warning });
     }
     if scene.moves() {
@@ -27,7 +26,7 @@ pub fn clipped(
             "leave it out; it cuts things as they stand",
         ));
     }
-    let (scene, uncut) = scene.cut(kept).map_err(|source| match source {
+    let (scene, uncut) = scene.cut(&options.clip, options.hatch).map_err(|source| match source {
         SceneError::NothingToSee => refused(
             "--clip that leaves nothing",
             "it keeps what is in ax + by + cz <= d; turn all four signs to keep the other side",

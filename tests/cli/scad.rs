@@ -48,7 +48,7 @@ mod program {
         let mut command = Command::new(env!("CARGO_BIN_EXE_lanecast"));
         command
             .current_dir(folder)
-            .args(["measure", "part.scad"])
+            .arg("measure")
             .env("PATH", format!("{}:/usr/bin:/bin", folder.display()))
             .env("TMPDIR", temporary)
             .stdin(Stdio::null());
@@ -57,7 +57,10 @@ mod program {
 
     fn run(script: &str) -> Output {
         let folder = folder();
-        let output = command(folder.path(), script).output().unwrap();
+        let output = command(folder.path(), script)
+            .arg("part.scad")
+            .output()
+            .unwrap();
         assert!(names(&folder.path().join("temporary")).is_empty());
         output
     }
@@ -96,21 +99,103 @@ mod program {
         fails("exit 0", "openscad has written no .csg");
     }
 
+    /// Gives a `.csg` with texts to the command.
+    fn with_texts(nodes: &str, script: &str) -> (Output, std::path::PathBuf, tempfile::TempDir) {
+        let folder = folder();
+        let mut command = command(folder.path(), script);
+        std::fs::write(folder.path().join("part.csg"), nodes).unwrap();
+        let output = command.arg("part.csg").output().unwrap();
+        let path = folder.path().to_path_buf();
+        (output, path, folder)
+    }
+
+    #[test]
+    fn texts_have_the_outlines_that_openscad_makes() {
+        // A frame, and a dot beside it.
+        let script = "cat \"$3\" >>programs; echo '<svg><path d=\"M 0,0 L 4,0 L 4,-3 L 0,-3 z \
+                      M 1,-1 L 2,-1 L 2,-2 L 1,-2 z M 5,0 L 6,0 L 6,-1 z\"/></svg>' >\"$2\"";
+        let text = r#"text(text = "o\".", size = 5, font = "", halign = "left", $fn = 0);"#;
+        let part = format!("linear_extrude(height = 2) {{ {text} }}");
+        let moved = "multmatrix([[1, 0, 0, 9]])";
+        let both = format!("{part}\n{moved} {part}\n");
+        let (output, path, _folder) = with_texts(&both, script);
+        assert!(output.status.success(), "{}", stderr(&output));
+        // Twice 2 (11 + 1/2), by two instances each.
+        let report = stdout(&output);
+        let said = stderr(&output);
+        assert!(said.contains("text(), with 17 chords to a curve"), "{said}");
+        let volumes: f64 = report
+            .lines()
+            .filter_map(|line| {
+                line.split_whitespace()
+                    .find_map(|word| word.parse::<f64>().ok())
+            })
+            .sum();
+        assert!((volumes - 46.0).abs() < 1e-3, "{report}");
+        // Once for both; nothing of the text becomes the program's.
+        let programs = std::fs::read_to_string(path.join("programs")).unwrap();
+        let expected =
+            r#"text(text = "o\".", size = 5, spacing = 1, font = "", halign = "left", $fn = 128);"#;
+        assert_eq!(programs, expected);
+    }
+
+    #[test]
+    fn texts_that_openscad_does_not_make_are_named() {
+        let text = "group() {\n text(text = \"a\");\n}";
+        for (script, says) in [
+            (
+                "echo 'ERROR: no font' >&2; exit 1",
+                "openscad failed at this text(): ERROR: no font",
+            ),
+            (
+                "exit 0",
+                "openscad has written no outline of this text(): No such file",
+            ),
+            ("echo '<svg/>' >\"$2\"", "its SVG has no path"),
+            ("head -c 2000000 /dev/zero >\"$2\"", "too many corners"),
+        ] {
+            let (output, ..) = with_texts(text, script);
+            let said = stderr(&output);
+            assert_eq!(output.status.code(), Some(3), "{script}: {said}");
+            assert!(
+                said.starts_with("error: part.csg:2:2: ") && said.contains(says),
+                "{said}"
+            );
+        }
+        // Spaces only.
+        let script = "echo 'Current top level object is not a 2D object.' >&2; exit 1";
+        let (output, ..) = with_texts(&format!("{text} cube(2);"), script);
+        assert!(output.status.success() && stdout(&output).contains("8.0000000"));
+        let folder = folder();
+        let mut command = command(folder.path(), "");
+        std::fs::write(folder.path().join("part.csg"), text).unwrap();
+        let output = command
+            .env("PATH", "/nowhere")
+            .arg("part.csg")
+            .output()
+            .unwrap();
+        assert!(stderr(&output).contains("text() of an outline is drawn by the command openscad"));
+    }
+
     #[test]
     fn what_is_unusable_is_named() {
         let folder = folder();
         let at = folder.path();
-        let output = command(at, "").env("TMPDIR", "/nowhere").output().unwrap();
+        let command = |name, value| {
+            let mut command = command(at, "");
+            command.env(name, value).arg("part.scad").output().unwrap()
+        };
+        let output = command("TMPDIR", "/nowhere");
         let said = stderr(&output);
         assert!(
             said.contains("/nowhere") && said.contains("set TMPDIR"),
             "{said}"
         );
-        let output = command(at, "").env("PATH", "/nowhere").output().unwrap();
+        let output = command("PATH", "/nowhere");
         assert!(stderr(&output).contains("without the command openscad on the path"));
-        let mut command = command(at, "");
+        let mut unusable = super::program::command(at, "");
         std::fs::write(at.join("openscad"), [0; 9]).unwrap();
-        let said = command.output().unwrap();
+        let said = unusable.arg("part.scad").output().unwrap();
         assert!(
             stderr(&said).contains("the command openscad cannot be run"),
             "{said:?}"
@@ -126,7 +211,9 @@ mod program {
             "echo $$ >'{0}/new'; mv '{0}/new' '{0}/id'; exec sleep 1000",
             at.display()
         );
-        let child = command(at, &script).stderr(Stdio::piped()).spawn().unwrap();
+        let mut command = command(at, &script);
+        command.arg("part.scad").stderr(Stdio::piped());
+        let child = command.spawn().unwrap();
         let start = Instant::now();
         let id = loop {
             if let Ok(id) = std::fs::read_to_string(at.join("id")) {

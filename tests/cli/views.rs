@@ -120,6 +120,43 @@ fn a_cut_shows_its_operands_and_keeps_the_rest() {
 }
 
 #[test]
+fn a_hatched_cut_has_lines_in_its_operands_colours() {
+    let folder = folder();
+    let front = ["--view", "front", "--size", "400x300", "--integrator", "direct"];
+    let hatched = ["--clip", "0,0,1,0", "--hatch", "0.5"];
+    let shown = render(folder.path(), PART, &[&front[..], &hatched].concat());
+    let plain = render(folder.path(), PART, &[&front[..], &hatched[..2]].concat());
+    // The picture is as wide as the block, with 8 % around it, and from -1 to 1.75 high.
+    let at = |x: f64, y: f64| {
+        let scale = 4.0 * 1.08 / 400.0;
+        ((200.0 + x / scale) as u32, (150.0 - (y - 0.375) / scale) as u32)
+    };
+    // How much darker places are than without lines: in the middle of lines that go through the
+    // origin, and between them.
+    let darker = |(x, y): (u32, u32), channel: usize| {
+        let [with, without] = [&shown, &plain].map(|p| f64::from(p.get_pixel(x, y).0[channel]));
+        with / without
+    };
+    // From line to line along x is the spacing over cos 45°. Dark lines begin at whole numbers of
+    // spacings and are a 16th wide, without their edges.
+    let period = 0.5 * 2.0_f64.sqrt();
+    let middle = period / 32.0;
+    for line in [-2.0, -1.0, 1.0] {
+        let x = line * period + middle;
+        for y in [-0.9, -0.5, -0.3] {
+            let on = darker(at(x - y, y), 0);
+            let between = darker(at(x - y + 0.5 * period, y), 0);
+            assert!(on < 0.75 && between > 0.99, "{line} {y}: {on} {between}");
+        }
+    }
+    // The other part has lines the other way, and what is behind the cut has none.
+    let x = middle;
+    let rows = [1.2, 1.3, 1.4].map(|y| (darker(at(x + y - 2.0 * period, y), 2), y));
+    assert!(rows.iter().all(|(on, _)| *on < 0.75), "{rows:?}");
+    assert!(darker(at(1.5, 0.5), 1) == 1.0);
+}
+
+#[test]
 fn lines_are_where_things_end_and_turn() {
     let folder = folder();
     let size = ["--size", "200x150", "--integrator", "edges"];
@@ -169,6 +206,9 @@ fn wrong_views_and_cuts_are_refused() {
         (&["--clip", "1,2,3"], 2, "four numbers"),
         (&["--clip", "0,0,0,1"], 2, "not all 0"),
         (&["--clip", "1,nan,0,1"], 2, "finite"),
+        (&["--hatch", "auto"], 2, "--clip"),
+        (&["--clip", "0,0,1,0", "--hatch", "0"], 2, "above 0, or auto"),
+        (&["--clip", "0,0,1,0", "--hatch", "wide"], 2, "or auto"),
     ] {
         fails(&[&["render"], arguments].concat(), code, says);
     }

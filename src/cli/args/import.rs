@@ -3,6 +3,7 @@
 use super::values::{parse_positive, parse_scad_curves};
 use crate::geom::HalfSpace;
 use crate::io::{Curves, LoadOptions};
+use crate::scene::Hatch;
 use clap::Args;
 use glam::DVec3;
 use std::path::PathBuf;
@@ -24,6 +25,10 @@ pub struct ImportArgs {
     /// several times
     #[arg(long, value_name = "A,B,C,D", allow_hyphen_values = true, value_parser = parse_plane)]
     pub clip: Vec<HalfSpace>,
+    /// Hatch what --clip cuts, at 45°, with lines this far apart in world units, or auto; parts
+    /// beside each other differ in direction
+    #[arg(long, value_name = "SPACING", value_parser = parse_hatch, requires = "clip")]
+    pub hatch: Option<Hatch>,
 }
 
 impl ImportArgs {
@@ -34,9 +39,18 @@ impl ImportArgs {
             point_radius: self.point_radius,
             scad_curves: self.scad_curves.unwrap_or_default(),
             clip: self.clip.clone(),
+            hatch: self.hatch,
             ..LoadOptions::default()
         }
     }
+}
+
+fn parse_hatch(text: &str) -> Result<Hatch, String> {
+    let spacing = match text {
+        "auto" => None,
+        _ => Some(parse_positive(text).map_err(|why| format!("{why}, or auto"))?),
+    };
+    Ok(Hatch { spacing })
 }
 
 fn parse_plane(text: &str) -> Result<HalfSpace, String> {

@@ -2,11 +2,12 @@
 //!
 //! What stands at the top of the file is one union. Of it, objects whose boxes are apart become
 //! instances of their own, and those whose boxes touch one CSG solid, so that volumes are those of
-//! the union and trees cull the rest.
+//! the union and trees cull the rest. Where most of it is turned alike, its instances are ([`Frames`]).
 
 use super::clusters::clusters;
+use super::frames::{Frames, Place, Space};
 use super::placing::{affine, place};
-use super::solids::{Color, Part, SolidId, Solids};
+use super::solids::{Color, Leaf, Part, SolidId, Solids};
 use crate::math::Aabb;
 use crate::scene::Operator;
 use crate::scene::{
@@ -52,7 +53,7 @@ pub(super) fn scene_from_file() -> DAffine3 {
 /// What counts for a part because of what is around it.
 #[derive(Clone, Copy)]
 struct Context {
-    map: DAffine3,
+    place: Place,
     color: Option<Color>,
     /// Whether only the colour around counts.
     is_plain: bool,
@@ -68,6 +69,8 @@ struct Context {
 struct Made {
     shape: ShapeId,
     transform: TransformId,
+    /// The map of `transform`.
+    map: Option<DAffine3>,
     material: Option<MaterialId>,
     bounds: Option<Aabb>,
 }
@@ -112,7 +115,7 @@ impl<'s> Emitter<'s> {
     }
 
     fn show(&mut self, solids: &mut Solids, shown: &Shown, marked: &mut Vec<Shown>) {
-        let visited = contexts(solids, shown);
+        let (visited, space) = contexts(solids, shown);
         if shown.role == Role::Solid {
             for (id, context) in &visited {
                 if let Part::Marked(of) = &solids.parts[*id as usize]
@@ -122,7 +125,7 @@ impl<'s> Emitter<'s> {
                     let copy = solids.copy(*of);
                     marked.push(Shown {
                         solid: copy,
-                        map: context.map,
+                        map: context.place.map,
                         color: Some(MARKED),
                         role: Role::Ghost,
                         name: "#",
@@ -142,13 +145,18 @@ impl<'s> Emitter<'s> {
                 Part::Leaf(leaf) => {
                     let leaf = std::mem::replace(leaf, EMPTY_LEAF);
                     let name = called(&format!("line {line}"));
-                    let placed = place(leaf, &context.map, &name, self.scene);
+                    let map = match &space {
+                        Some(space) => space.map(&context.place),
+                        None => context.place.map,
+                    };
+                    let placed = place(leaf, &map, &name, self.scene);
                     let transform = placed.transform.map_or(TransformId::IDENTITY, |map| {
                         self.scene.transform(affine(&map))
                     });
                     Made {
                         shape: placed.shape,
                         transform,
+                        map: placed.transform,
                         material: Some(self.material(&context)),
                         bounds: placed.bounds,
                     }
@@ -180,7 +188,7 @@ impl<'s> Emitter<'s> {
             }
         }
         terms.reverse();
-        self.place_terms(&terms, shown.name, &called("union"));
+        self.place_terms(&terms, space.as_ref(), (shown.name, &called("union")));
     }
 
     fn csg(&mut self, name: &str, operator: Operator, operands: &[Made]) -> Made {
@@ -206,13 +214,19 @@ impl<'s> Emitter<'s> {
         Made {
             shape: self.scene.csg(name, operator, &rows),
             transform: TransformId::IDENTITY,
+            map: None,
             material: None,
             bounds,
         }
     }
 
     /// Makes instances of the terms of the union at the top, whose parts that meet become one.
-    fn place_terms(&mut self, terms: &[Made], name: &str, of_union: &str) {
+    fn place_terms(
+        &mut self,
+        terms: &[Made],
+        space: Option<&Space>,
+        (name, of_union): (&str, &str),
+    ) {
         let boxes: Vec<Aabb> = terms
             .iter()
             .map(|one| one.bounds.unwrap_or(Aabb::new(DVec3::MIN, DVec3::MAX)))
@@ -231,7 +245,15 @@ impl<'s> Emitter<'s> {
                 }
             };
             self.roots.push(one.shape);
-            let edge = Edge::shape(one.shape).transform(one.transform);
+            let transform = match space {
+                Some(space) => {
+                    let inner = one.map.unwrap_or(DAffine3::IDENTITY);
+                    let map = affine(&(space.scene_from_space * inner));
+                    self.scene.transform(map)
+                }
+                None => one.transform,
+            };
+            let edge = Edge::shape(one.shape).transform(transform);
             let edge = match one.material {
                 Some(material) => edge.material(material),
                 None => edge,
@@ -266,15 +288,17 @@ impl<'s> Emitter<'s> {
 }
 
 /// Stands where a primitive has been taken out.
-const EMPTY_LEAF: super::solids::Leaf = super::solids::Leaf::Sphere {
+const EMPTY_LEAF: Leaf = Leaf::Sphere {
     center: DVec3::ZERO,
     radius: 0.0,
 };
 
-/// Lists the parts of a solid, each before its own parts, with their contexts.
-fn contexts(solids: &Solids, shown: &Shown) -> Vec<(SolidId, Context)> {
+/// Lists the parts of a solid, each before its own parts, with their contexts; and the space that it
+/// is built in, if that is not the scene's.
+fn contexts(solids: &Solids, shown: &Shown) -> (Vec<(SolidId, Context)>, Option<Space>) {
+    let mut frames = Frames::default();
     let first = Context {
-        map: shown.map,
+        place: frames.first(shown.map),
         color: shown.color,
         is_plain: shown.role == Role::Ghost,
         is_cut: false,
@@ -286,7 +310,9 @@ fn contexts(solids: &Solids, shown: &Shown) -> Vec<(SolidId, Context)> {
     while let Some((id, context)) = waiting.pop() {
         visited.push((id, context));
         match &solids.parts[id as usize] {
-            Part::Leaf(_) => {}
+            // What is round needs no frame however it is turned.
+            Part::Leaf(Leaf::Sphere { .. } | Leaf::Frustum { .. }) => {}
+            Part::Leaf(_) => frames.count(&context.place),
             Part::Op(operator, operands) => {
                 // The last one first, for they are taken from the end.
                 for (i, of) in operands.iter().enumerate().rev() {
@@ -300,8 +326,8 @@ fn contexts(solids: &Solids, shown: &Shown) -> Vec<(SolidId, Context)> {
                 }
             }
             Part::Placed(of, by) => {
-                let map = context.map * *by;
-                waiting.push((*of, Context { map, ..context }));
+                let place = frames.below(&context.place, by);
+                waiting.push((*of, Context { place, ..context }));
             }
             Part::Colored(of, color) => {
                 let color = match context.is_plain {
@@ -332,5 +358,5 @@ fn contexts(solids: &Solids, shown: &Shown) -> Vec<(SolidId, Context)> {
             }
         }
     }
-    visited
+    (visited, frames.space())
 }

@@ -1,10 +1,10 @@
-//! `import`: the mesh of an STL file as an operand.
+//! `import`: the mesh of an STL file as an operand, or the outline of a drawing.
 //!
-//! OpenSCAD leaves `scale`, `origin` and `layer` to outlines, so they mean nothing here either.
+//! OpenSCAD leaves `scale`, `origin` and `layer` to outlines, so of meshes they mean nothing here either.
 
 use super::budget;
 use super::facets;
-use super::nodes::{Outcome, Reader, brief, remedy};
+use super::nodes::{Made, Outcome, Reader, brief, remedy};
 use super::solids::Leaf;
 use super::syntax::Value;
 use crate::LoadError;
@@ -12,8 +12,8 @@ use glam::DVec3;
 use std::path::Path;
 
 impl Reader<'_> {
-    /// Reads the mesh that a node names. `None` if it has no triangles.
-    pub(super) fn import(&mut self, row: usize) -> Outcome<Option<Leaf>> {
+    /// Reads what the file has that a node names.
+    pub(super) fn import(&mut self, row: usize) -> Outcome<Made> {
         let of = self.arguments(row, &["file"]);
         let Some(Value::Text(file)) = of.get("file").filter(|f| **f != Value::Text("".into()))
         else {
@@ -21,10 +21,10 @@ impl Reader<'_> {
         };
         let extension = Path::new(file).extension().unwrap_or_default();
         let extension = extension.to_string_lossy().to_lowercase();
-        if extension != "stl" {
+        if !["stl", "dxf", "svg"].contains(&&*extension) {
             let kind = brief(&extension);
             return Err(remedy(&format!(
-                "import() of a file .{kind} is not drawn, only of .stl"
+                "import() of a file .{kind} is not drawn, only of .stl, .dxf and .svg"
             )));
         }
         let path = self.folder.resolve(file).map_err(|why| match why {
@@ -40,14 +40,18 @@ impl Reader<'_> {
             ),
             other => other.to_string(),
         })?;
+        if extension != "stl" {
+            return self.drawing(row, &path);
+        }
         let mesh = crate::stl::read(&path, self.report).map_err(|why| why.to_string())?;
         budget::fits(mesh.positions.len() + mesh.triangles.len())?;
         let positions: Vec<DVec3> = mesh.positions.into_iter().map(DVec3::from_array).collect();
         let mut triangles = mesh.triangles;
         let positions = facets::only_named(positions, &mut triangles);
-        Ok((!triangles.is_empty()).then_some(Leaf::Mesh {
+        let mesh = (!triangles.is_empty()).then_some(Leaf::Mesh {
             positions,
             triangles,
-        }))
+        });
+        Ok(self.leaf(self.lines[row], mesh))
     }
 }

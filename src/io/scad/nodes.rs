@@ -4,6 +4,7 @@
 use super::arguments::{Arguments, number};
 use super::budget::Budget;
 use super::emit::{Role, Shown, scene_from_file};
+use super::foreign::Foreign;
 use super::outlines::{OutlineId, Outlines, Shape};
 use super::solids::{Color, Leaf, Part, SolidId, Solids};
 use super::syntax::{Tree, Value};
@@ -40,6 +41,7 @@ pub(super) struct Reader<'a> {
     budget: Budget,
     pub(super) solids: Solids,
     pub(super) outlines: Outlines,
+    pub(super) foreign: Foreign,
 }
 
 /// The operands of an operator, in order; `None` for those that are empty.
@@ -66,6 +68,7 @@ impl<'a> Reader<'a> {
             budget: Budget::default(),
             solids: Solids::default(),
             outlines: Outlines::default(),
+            foreign: Foreign::default(),
         }
     }
 
@@ -231,10 +234,7 @@ impl<'a> Reader<'a> {
                 let leaf = self.polyhedron(row)?;
                 self.leaf(line, leaf)
             }
-            "import" => {
-                let mesh = self.import(row)?;
-                self.leaf(line, mesh)
-            }
+            "import" => return self.import(row),
             "square" => {
                 let square = self.square(row);
                 self.outline(line, square)
@@ -251,11 +251,12 @@ impl<'a> Reader<'a> {
             "rotate_extrude" => return self.rotate_extrude(row),
             "hull" => return self.hull(row),
             "offset" => return self.offset(row),
+            "text" => return self.text(row),
             name => return Err(refusal(name)),
         })
     }
 
-    fn leaf(&mut self, line: u32, leaf: Option<Leaf>) -> Made {
+    pub(super) fn leaf(&mut self, line: u32, leaf: Option<Leaf>) -> Made {
         match leaf {
             Some(leaf) => Made::Solid(self.solids.leaf(line, leaf)),
             None => Made::Nothing,
@@ -353,6 +354,10 @@ impl<'a> Reader<'a> {
         }
     }
 
+    pub(super) fn node_name(&self, row: usize) -> &'a str {
+        self.tree.nodes[row].name
+    }
+
     pub(super) fn arguments(&self, row: usize, places: &'static [&'static str]) -> Arguments<'a> {
         Arguments::of(&self.tree.nodes[row], places)
     }
@@ -440,9 +445,7 @@ pub(super) fn radius(of: &Arguments, radius: &str, diameter: &str, default: f64)
 /// Says why a node is not drawn, and what to do.
 fn refusal(name: &str) -> String {
     let what = match name {
-        "text" | "surface" | "minkowski" | "projection" | "resize" => {
-            format!("{name}() is not drawn")
-        }
+        "surface" | "minkowski" | "projection" | "resize" => format!("{name}() is not drawn"),
         _ => format!("{}() is no node that is known", brief(name)),
     };
     remedy(&what)

@@ -31,7 +31,6 @@ struct Kinds {
 
 fn kinds(m: &DMat3) -> Kinds {
     let columns = [m.x_axis, m.y_axis, m.z_axis];
-    let single = |v: DVec3| v.to_array().iter().filter(|x| **x != 0.0).count() == 1;
     let [x, y, z] = columns.map(DVec3::length);
     let near = |a: f64, b: f64| (a - b).abs() <= SIX_DIGITS * a.max(b);
     let right = |a: DVec3, b: DVec3| a.dot(b).abs() <= SIX_DIGITS * a.length() * b.length();
@@ -40,10 +39,21 @@ fn kinds(m: &DMat3) -> Kinds {
         && right(columns[0], columns[2]);
     let keeps_turns = is_right && near(x, y);
     Kinds {
-        is_along_axes: columns.into_iter().all(single),
+        is_along_axes: is_along_axes(m),
         keeps_turns,
         keeps_spheres: keeps_turns && near(x, z),
     }
+}
+
+/// Says whether every axis becomes an axis.
+pub(super) fn is_along_axes(m: &DMat3) -> bool {
+    let single = |v: DVec3| v.to_array().iter().filter(|x| **x != 0.0).count() == 1;
+    [m.x_axis, m.y_axis, m.z_axis].into_iter().all(single)
+}
+
+/// Says whether a matrix keeps all lengths.
+pub(super) fn is_turn(m: &DMat3) -> bool {
+    kinds(m).keeps_spheres && (m.x_axis.length() - 1.0).abs() <= SIX_DIGITS
 }
 
 pub(super) fn affine(m: &DAffine3) -> Affine {

@@ -101,7 +101,7 @@ fn even_odd(one: &Rings, other: &Rings, rule: OverlayRule, grid: &Grid) -> Resul
     overlaid(one, other, rule, FillRule::EvenOdd, grid)
 }
 
-/// Fails where edges cross too often, or too many corners come out.
+/// Returns the rings of [`pieces_of`] in one list.
 fn overlaid(
     one: &Rings,
     other: &Rings,
@@ -109,6 +109,18 @@ fn overlaid(
     fill: FillRule,
     grid: &Grid,
 ) -> Result<Rings, String> {
+    Ok(pieces_of(one, other, rule, fill, grid)?.concat())
+}
+
+/// Overlays rings; each piece that comes out is an outline with its holes. Fails where edges cross too
+/// often, or too many corners come out.
+fn pieces_of(
+    one: &Rings,
+    other: &Rings,
+    rule: OverlayRule,
+    fill: FillRule,
+    grid: &Grid,
+) -> Result<Vec<Rings>, String> {
     crossings::few_enough([one, other].into_iter())?;
     let corners = one.iter().chain(other).map(Vec::len).sum();
     let mut overlay = Overlay::<i64>::new(corners);
@@ -118,10 +130,10 @@ fn overlaid(
         }
     }
     let shapes = overlay.overlay(rule, fill);
-    let rings = shapes.iter().flatten().map(|ring| grid.back(ring));
-    let rings = rings.collect();
-    few_enough(std::iter::once(&rings))?;
-    Ok(rings)
+    let piece = |shape: &Vec<_>| shape.iter().map(|ring: &Vec<_>| grid.back(ring)).collect();
+    let pieces: Vec<Rings> = shapes.iter().map(piece).collect();
+    few_enough(pieces.iter())?;
+    Ok(pieces)
 }
 
 /// Makes rings whose edges do not cross, by the even-odd rule.
@@ -129,6 +141,19 @@ pub(super) fn cleaned(rings: &Rings) -> Result<Rings, String> {
     few_enough(std::iter::once(rings))?;
     let grid = Grid::of(rings.iter());
     even_odd(rings, &Vec::new(), OverlayRule::Subject, &grid)
+}
+
+/// Parts rings whose edges do not cross, by the even-odd rule, into outlines with their holes.
+pub(super) fn pieces(rings: &Rings) -> Result<Vec<Rings>, String> {
+    few_enough(std::iter::once(rings))?;
+    let grid = Grid::of(rings.iter());
+    pieces_of(
+        rings,
+        &Vec::new(),
+        OverlayRule::Subject,
+        FillRule::EvenOdd,
+        &grid,
+    )
 }
 
 /// Makes the rings of what is wound around a positive number of times.

@@ -19,6 +19,7 @@ mod error;
 mod framing;
 mod global_transform;
 mod graph_order;
+mod hatching;
 mod hull;
 mod ids;
 mod instances;
@@ -64,6 +65,7 @@ pub use deformation::Deformations;
 pub use error::{Entity, EntityKind, SceneError};
 pub use framing::{FRAMED_TIMES, Outlook, StandardView, default_camera, framed_bounds};
 pub use graph_order::{children_first, used_nodes};
+pub use hatching::Hatch;
 pub use hull::coarse_corners;
 pub use ids::*;
 pub use instances::{

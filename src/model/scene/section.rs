@@ -5,11 +5,13 @@
 //! then shows of which operand a place is. Surfaces of meshes without an inside are cut triangle by
 //! triangle ([`super::section_mesh`]).
 
+use super::hatching::{Hatch, Hatcher};
 use super::primitives::shape_bounds;
 use super::section_mesh::cut_mesh;
 use super::watertight::check_closed;
 use super::{
-    CsgId, Edge, Instances, Operand, Scene, SceneBuilder, SceneError, Shape, ShapeId, TransformId,
+    CsgId, Edge, Instances, MaterialId, Operand, Scene, SceneBuilder, SceneError, Shape, ShapeId,
+    TransformId,
 };
 use crate::csg::Operator;
 use crate::geom::HalfSpace;
@@ -25,10 +27,14 @@ pub struct Uncut {
 }
 
 impl Scene {
-    /// Keeps what is in all of these half-spaces of the world. Instances are counted anew: those
-    /// beyond a plane are left out. The scene must be at rest. Returns an error if there are too
-    /// many instances to lay out.
-    pub fn cut(self, kept: &[HalfSpace]) -> Result<(Scene, Uncut), SceneError> {
+    /// Keeps what is in all of these half-spaces of the world, and may hatch the faces that they make.
+    /// Instances are counted anew: those beyond a plane are left out. The scene must be at rest. Returns
+    /// an error if there are too many instances to lay out.
+    pub fn cut(
+        self,
+        kept: &[HalfSpace],
+        hatch: Option<Hatch>,
+    ) -> Result<(Scene, Uncut), SceneError> {
         if kept.is_empty() {
             return Ok((self, Uncut::default()));
         }
@@ -39,18 +45,28 @@ impl Scene {
             .collect();
         let mut section = Section::new(SceneBuilder::from(self), kept);
         let mut uncut = Uncut::default();
-        for row in rows {
+        if let Some(hatch) = hatch {
+            let placed = rows.iter().map(|row| (row.shape, &row.world_from_object));
+            let longest = section.longest(placed);
+            section.hatcher = Some(Hatcher::new(hatch, longest));
+        }
+        for (number, row) in rows.into_iter().enumerate() {
             let sides = section.sides(row.shape, &row.world_from_object);
             let Some(planes) = sides else {
                 continue;
             };
+            let instance = Instance {
+                number,
+                world_from_object: row.world_from_object,
+                planes: &planes,
+            };
             let shape = match planes.is_empty() {
                 true => Some(row.shape),
-                false => section.cut(row.shape, &row.world_from_object, &planes),
+                false => section.cut(row.shape, row.material, &instance),
             };
             let transform = section.builder.transform(row.world_from_object);
             let edge = Edge::shape(shape.unwrap_or(row.shape)).transform(transform);
-            let edge = match row.material {
+            let edge = match row.material.filter(|_| !section.is_hatched(shape, &planes)) {
                 Some(material) => edge.material(material),
                 None => edge,
             };
@@ -68,7 +84,21 @@ struct Section {
     shapes: Vec<ShapeId>,
     /// Whether meshes are closed.
     closed: HashMap<u32, bool>,
+    /// Makes the materials of the faces, if they are hatched.
+    hatcher: Option<Hatcher>,
 }
+
+/// An instance that planes cut.
+struct Instance<'a> {
+    number: usize,
+    world_from_object: Affine,
+    /// The rows of the planes.
+    planes: &'a [usize],
+}
+
+/// A CSG solid with its new row, the map from the world to its space, and the material that its
+/// operands have if they have none of their own.
+type Waiting = (CsgId, CsgId, Affine, Option<MaterialId>);
 
 impl Section {
     fn new(mut builder: SceneBuilder, kept: &[HalfSpace]) -> Section {
@@ -80,7 +110,22 @@ impl Section {
             kept: kept.to_vec(),
             shapes,
             closed: HashMap::new(),
+            hatcher: None,
         }
+    }
+
+    /// Returns the longest side of the box around all that planes cut.
+    fn longest<'a>(&self, placed: impl Iterator<Item = (ShapeId, &'a Affine)>) -> f64 {
+        let boxes = placed.filter_map(|(shape, world_from_object)| {
+            self.sides(shape, world_from_object)
+                .filter(|s| !s.is_empty())?;
+            let bounds = shape_bounds(self.builder.tables(), shape)?;
+            let corners = corners(&bounds, world_from_object);
+            let least = corners.into_iter().reduce(DVec3::min)?;
+            Some((least, corners.into_iter().reduce(DVec3::max)?))
+        });
+        let all = boxes.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+        all.map_or(0.0, |(least, most)| (most - least).max_element())
     }
 
     /// Returns the planes that may cut a shape; `None` if it lies beyond one of them.
@@ -109,12 +154,12 @@ impl Section {
         Some(cutting)
     }
 
-    /// Returns a shape cut by some planes; `None` if it is a surface that cannot be.
+    /// Returns an instance's shape cut by planes; `None` if it is a surface that cannot be.
     fn cut(
         &mut self,
         shape: ShapeId,
-        world_from_object: &Affine,
-        planes: &[usize],
+        material: Option<MaterialId>,
+        instance: &Instance,
     ) -> Option<ShapeId> {
         let tables = self.builder.tables();
         let kind = tables.shapes.row(shape);
@@ -126,9 +171,10 @@ impl Section {
                 tables.no_inside(kind).is_none() && check_closed(tables, id).is_ok()
             });
             if !closed {
-                let planes: Vec<HalfSpace> = planes
+                let planes: Vec<HalfSpace> = instance
+                    .planes
                     .iter()
-                    .map(|plane| in_object(&self.kept[*plane], world_from_object))
+                    .map(|plane| in_object(&self.kept[*plane], &instance.world_from_object))
                     .collect();
                 let name = tables
                     .shapes
@@ -142,8 +188,36 @@ impl Section {
         } else if tables.no_inside(kind).is_some() {
             return None;
         }
-        let object_from_world = world_from_object.inverse()?;
-        Some(self.cut_solid(shape, object_from_world, planes))
+        let object_from_world = instance.world_from_object.inverse()?;
+        let shape = match material.filter(|_| self.hatcher.is_some()) {
+            Some(material) => self.of_material(shape, material),
+            None => shape,
+        };
+        Some(self.cut_solid(shape, object_from_world, instance))
+    }
+
+    /// Makes a solid all of whose surfaces have a material, as an instance's material does; that would
+    /// hide hatches, too.
+    fn of_material(&mut self, shape: ShapeId, material: MaterialId) -> ShapeId {
+        let tables = self.builder.tables();
+        let name = tables.shapes.names.get(shape.0).unwrap_or_default();
+        let name = name.to_owned();
+        let tolerance = match tables.shapes.row(shape) {
+            Shape::Csg(id) => tables.csg.tolerance[id.index()],
+            _ => 0.0,
+        };
+        let (solid, row) = self.builder.declare_csg(&name, Operator::Union);
+        self.builder.set_operands(row, &[Operand::shape(shape)]);
+        self.builder.set_csg_material(row, material);
+        self.builder.set_tolerance(row, tolerance);
+        solid
+    }
+
+    /// Says whether what planes have made of an instance's shape has hatched faces.
+    fn is_hatched(&self, cut: Option<ShapeId>, planes: &[usize]) -> bool {
+        let tables = self.builder.tables();
+        let is_solid = |shape| matches!(tables.shapes.row(shape), Shape::Csg(_));
+        self.hatcher.is_some() && !planes.is_empty() && cut.is_some_and(is_solid)
     }
 
     /// Cuts a solid, from its own operator down to the operands that add to it.
@@ -151,12 +225,11 @@ impl Section {
         &mut self,
         shape: ShapeId,
         object_from_world: Affine,
-        planes: &[usize],
+        instance: &Instance,
     ) -> ShapeId {
-        // Solids with their new rows, and the map from the world to their space.
-        let mut waiting: Vec<(CsgId, CsgId, Affine)> = Vec::new();
-        let cut = self.begin(shape, object_from_world, planes, &mut waiting);
-        while let Some((from, to, space)) = waiting.pop() {
+        let mut waiting: Vec<Waiting> = Vec::new();
+        let cut = self.begin(shape, (object_from_world, None), instance, &mut waiting);
+        while let Some((from, to, space, material)) = waiting.pop() {
             let table = &self.builder.tables().csg;
             let operator = table.operator[from.index()];
             let mut operands = table.operands(from).to_vec();
@@ -165,7 +238,7 @@ impl Section {
                 Operator::Intersection | Operator::Difference => 1,
                 // What is not in the operand is the half-spaces without it.
                 Operator::Complement => {
-                    let whole = self.half_spaces(planes, &space, None);
+                    let whole = self.half_spaces(instance, &space, Face::of(None, material));
                     let whole = match whole[..] {
                         [one] => one,
                         _ => {
@@ -181,7 +254,9 @@ impl Section {
                 let inner = self.builder.tables().transforms.inverse[operand.transform.index()];
                 // A scene that is checked has inverses.
                 let inner = inner.unwrap_or(Affine::IDENTITY).then_after(&space);
-                operand.shape = self.begin(operand.shape, inner, planes, &mut waiting);
+                let material = operand.material.or(material);
+                operand.shape =
+                    self.begin(operand.shape, (inner, material), instance, &mut waiting);
             }
             self.builder.set_operands(to, &operands);
         }
@@ -192,9 +267,9 @@ impl Section {
     fn begin(
         &mut self,
         shape: ShapeId,
-        object_from_world: Affine,
-        planes: &[usize],
-        waiting: &mut Vec<(CsgId, CsgId, Affine)>,
+        (object_from_world, outer): (Affine, Option<MaterialId>),
+        instance: &Instance,
+        waiting: &mut Vec<Waiting>,
     ) -> ShapeId {
         let tables = self.builder.tables();
         let name = tables
@@ -203,38 +278,48 @@ impl Section {
             .get(shape.0)
             .unwrap_or_default()
             .to_owned();
-        let Shape::Csg(id) = tables.shapes.row(shape) else {
-            let material = match tables.shapes.row(shape) {
-                Shape::Mesh(id) => tables.meshes.row(id).parts.first().and_then(|part| part.1),
-                _ => None,
-            };
-            let mut operands = vec![Operand::shape(shape)];
-            operands.extend(self.half_spaces(planes, &object_from_world, material));
-            return self.builder.csg(&name, Operator::Intersection, &operands);
+        let (face, tolerance) = match tables.shapes.row(shape) {
+            Shape::Csg(id) => {
+                let (own, tolerance) = (
+                    tables.csg.material[id.index()],
+                    tables.csg.tolerance[id.index()],
+                );
+                // What has one material has one hatch, which the material of the cut would hide.
+                if own.is_none() || self.hatcher.is_none() {
+                    let operator = match tables.csg.operator[id.index()] {
+                        Operator::Complement => Operator::Difference,
+                        operator => operator,
+                    };
+                    let (cut, row) = self.builder.declare_csg(&name, operator);
+                    if let Some(material) = own {
+                        self.builder.set_csg_material(row, material);
+                    }
+                    self.builder.set_tolerance(row, tolerance);
+                    waiting.push((id, row, object_from_world, outer));
+                    return cut;
+                }
+                (Face::of(own, None), tolerance)
+            }
+            Shape::Mesh(id) => {
+                let first = tables.meshes.row(id).parts.first();
+                (Face::of(first.and_then(|part| part.1), outer), 0.0)
+            }
+            _ => (Face::of(None, outer), 0.0),
         };
-        let (material, tolerance) = (
-            tables.csg.material[id.index()],
-            tables.csg.tolerance[id.index()],
-        );
-        let operator = match tables.csg.operator[id.index()] {
-            Operator::Complement => Operator::Difference,
-            operator => operator,
-        };
-        let (cut, row) = self.builder.declare_csg(&name, operator);
-        if let Some(material) = material {
-            self.builder.set_csg_material(row, material);
-        }
+        let mut operands = vec![Operand::shape(shape)];
+        operands.extend(self.half_spaces(instance, &object_from_world, face));
+        let (cut, row) = self.builder.declare_csg(&name, Operator::Intersection);
+        self.builder.set_operands(row, &operands);
         self.builder.set_tolerance(row, tolerance);
-        waiting.push((id, row, object_from_world));
         cut
     }
 
     /// Returns the half-spaces as operands of a solid in a space.
     fn half_spaces(
         &mut self,
-        planes: &[usize],
+        instance: &Instance,
         space_from_world: &Affine,
-        material: Option<super::MaterialId>,
+        face: Face,
     ) -> Vec<Operand> {
         let transform = match space_from_world.is_identity() {
             true => TransformId::IDENTITY,
@@ -243,9 +328,36 @@ impl Section {
         let operand = |plane: &usize| Operand {
             shape: self.shapes[*plane],
             transform,
-            material,
+            material: match &mut self.hatcher {
+                Some(hatcher) => Some(hatcher.material(
+                    &mut self.builder,
+                    (instance.number, &instance.world_from_object),
+                    (*plane, &self.kept[*plane]),
+                    face.shown,
+                )),
+                None => face.own,
+            },
         };
-        planes.iter().map(operand).collect()
+        instance.planes.iter().map(operand).collect()
+    }
+}
+
+/// The materials of a face that a plane makes.
+#[derive(Clone, Copy)]
+struct Face {
+    /// That of its half-space, if the one around does not count.
+    own: Option<MaterialId>,
+    /// The one that it shows.
+    shown: Option<MaterialId>,
+}
+
+impl Face {
+    /// Of a solid's own material and the one around, which counts first.
+    fn of(own: Option<MaterialId>, outer: Option<MaterialId>) -> Face {
+        Face {
+            own: own.filter(|_| outer.is_none()),
+            shown: outer.or(own),
+        }
     }
 }
 
@@ -265,123 +377,5 @@ fn corners(bounds: &Aabb, place: &Affine) -> [DVec3; 8] {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::geom::{Cuboid, Sphere};
-    use crate::scene::{Material, MeshData, Target};
-    use glam::DAffine3;
-
-    fn keep_below(offset: f64) -> HalfSpace {
-        HalfSpace {
-            normal: DVec3::Y,
-            offset,
-        }
-    }
-
-    fn cube(builder: &mut SceneBuilder) -> ShapeId {
-        builder.cuboid(
-            "cube",
-            Cuboid {
-                min: DVec3::splat(-1.0),
-                max: DVec3::splat(1.0),
-            },
-        )
-    }
-
-    #[test]
-    fn what_is_beyond_goes_and_what_is_before_stays() {
-        let mut builder = SceneBuilder::default();
-        let cube = cube(&mut builder);
-        for y in [-5.0, 0.0, 5.0] {
-            let there = builder.transform(DAffine3::from_translation(DVec3::Y * y).into());
-            builder.instance("", Edge::shape(cube).transform(there));
-        }
-        let (cut, uncut) = builder.finish().unwrap().cut(&[keep_below(0.25)]).unwrap();
-        assert_eq!(uncut, Uncut::default());
-        assert_eq!(cut.roots.len(), 2);
-        assert_eq!(cut.roots.target[0], Target::Shape(cube));
-        let Target::Shape(shape) = cut.roots.target[1] else {
-            panic!("a shape");
-        };
-        assert!(matches!(cut.shapes.row(shape), Shape::Csg(_)));
-    }
-
-    #[test]
-    fn operands_that_add_are_cut_and_others_stay() {
-        let mut builder = SceneBuilder::default();
-        let red = builder.material("red", Material::default());
-        let cube = cube(&mut builder);
-        let ball = builder.sphere(
-            "ball",
-            Sphere {
-                center: DVec3::ZERO,
-                radius: 1.2,
-            },
-        );
-        let both = [Operand::shape(cube).material(red), Operand::shape(ball)];
-        let union = builder.csg("union", Operator::Union, &both);
-        let part = [Operand::shape(union), Operand::shape(ball)];
-        let part = builder.csg("part", Operator::Difference, &part);
-        builder.instance("", Edge::shape(part));
-        let (cut, _) = builder.finish().unwrap().cut(&[keep_below(0.25)]).unwrap();
-        let Target::Shape(shape) = cut.roots.target[0] else {
-            panic!("a shape");
-        };
-        let operands = |shape: ShapeId| match cut.shapes.row(shape) {
-            Shape::Csg(id) => (cut.csg.operator[id.index()], cut.csg.operands(id)),
-            _ => panic!("a solid"),
-        };
-        let (operator, [adds, takes]) = operands(shape) else {
-            panic!("two operands");
-        };
-        assert_eq!((operator, takes.shape), (Operator::Difference, ball));
-        let (operator, [first, second]) = operands(adds.shape) else {
-            panic!("two operands");
-        };
-        assert_eq!(operator, Operator::Union);
-        assert_eq!((first.material, second.material), (Some(red), None));
-        for operand in [first, second] {
-            assert_eq!(operands(operand.shape).0, Operator::Intersection);
-        }
-    }
-
-    #[test]
-    fn open_meshes_are_cut_triangle_by_triangle() {
-        let mut builder = SceneBuilder::default();
-        let wall = MeshData {
-            positions: vec![[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]],
-            triangles: vec![[0, 1, 2]],
-            uvs: vec![vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]],
-            ..MeshData::default()
-        };
-        let wall = builder.mesh("wall", &wall);
-        builder.instance("", Edge::shape(wall));
-        let (cut, _) = builder.finish().unwrap().cut(&[keep_below(1.0)]).unwrap();
-        let Target::Shape(shape) = cut.roots.target[0] else {
-            panic!("a shape");
-        };
-        let Shape::Mesh(id) = cut.shapes.row(shape) else {
-            panic!("a mesh");
-        };
-        let mesh = cut.meshes.row(id);
-        let area: f64 = mesh
-            .triangles
-            .iter()
-            .map(|corners| {
-                let [a, b, c] =
-                    corners.map(|v| DVec3::from_array(mesh.positions[v as usize].map(f64::from)));
-                (b - a).cross(c - a).z * 0.5
-            })
-            .sum();
-        assert!((area - 3.5).abs() < 1e-6, "{area}");
-        let row = cut.meshes.attributes.of(id).unwrap();
-        let first = cut.meshes.attributes.rows[row as usize].uvs;
-        for (p, uv) in mesh
-            .positions
-            .iter()
-            .zip(&cut.meshes.attributes.uvs[first..])
-        {
-            assert_eq!([p[0] / 4.0, p[1] / 4.0], *uv);
-        }
-    }
-}
+#[path = "section_tests.rs"]
+mod tests;

@@ -42,7 +42,7 @@ const WORDS: [&str; 34] = [
     "1e308",
     "nan",
     "$fn = 1e9",
-    "text(text = \"\\\"\");",
+    "text(text = \"\\\"\", size = 0);",
 ];
 
 /// Texts of nodes in any order, and with bytes changed: none makes the importer panic, and all

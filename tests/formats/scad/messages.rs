@@ -7,8 +7,8 @@ use lanecast::internals::io::Curves;
 fn what_is_not_drawn_is_named_with_its_place_and_a_remedy() {
     for (text, says) in [
         (
-            "group() {\n\ttext(text = \"a\");\n}",
-            "part.csg:2:2: text() is not drawn; let OpenSCAD make a mesh",
+            "group() {\n\tsurface(file = \"a\");\n}",
+            "part.csg:2:2: surface() is not drawn; let OpenSCAD make a mesh",
         ),
         (
             "import(file = \"\");",
@@ -23,8 +23,8 @@ fn what_is_not_drawn_is_named_with_its_place_and_a_remedy() {
             "import() of '../a.stl', which lies outside the folder; move it there",
         ),
         (
-            "import(file = \"a.dxf\");",
-            "import() of a file .dxf is not drawn, only of .stl; let OpenSCAD",
+            "import(file = \"a.off\");",
+            "import() of a file .off is not drawn, only of .stl, .dxf and .svg; let OpenSCAD",
         ),
         (
             "minkowski() { cube(1); sphere(1); }",

@@ -2,7 +2,7 @@
 
 use super::{CUBE, FN0, loaded, near, scene, volume};
 use lanecast::internals::io::SrgbEncoder;
-use lanecast::internals::scene::{Instances, Scene, Shape};
+use lanecast::internals::scene::{Instances, Scene, Shape, TransformId};
 
 #[test]
 fn what_is_made_is_exact_and_small() {
@@ -97,4 +97,50 @@ fn faces_that_six_digits_part_are_one() {
     };
     assert!(scene.csg.tolerance[id.index()] >= 1e-4);
     near(volume(text), 33.3333 * 1e4 - 16.6666 * 2500.0, text);
+}
+
+#[test]
+fn what_one_node_turns_is_turned_as_an_instance() {
+    let turn = "multmatrix([[0.866025, -0.5, 0, 1], [0.5, 0.866025, 0, 2], [0, 0, 1, 3]])";
+    let at = |x: f64| format!("multmatrix([[1, 0, 0, {x}]]) {CUBE}");
+    let bar = "cube(size = [9, 1, 1]);";
+    let text = format!("{turn} difference() {{ {bar} {} {} }}", at(2.0), at(5.0));
+    let scene = scene(&text);
+    // The solid has one frame, its own.
+    let used: Vec<_> = scene.csg.operands.iter().map(|one| one.transform).collect();
+    assert!(
+        used.iter().all(|id| *id == TransformId::IDENTITY),
+        "{used:?}"
+    );
+    let instances = Instances::of(&scene).unwrap();
+    let place = instances.iter(&scene).next().unwrap().world_from_object;
+    // z of the file is y of the scene, and y is -z.
+    let at = place.point([1.0, 0.0, 0.0]);
+    let expected = [1.0 + 0.866025, 3.0, -2.0 - 0.5];
+    assert!(
+        at.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12),
+        "{at:?}"
+    );
+    near(volume(&text), 7.0, &text);
+    // What is beside it and not turned is an operand in a frame, and ghosts have their own places.
+    let beside = format!("cube(size = [0.5, 0.5, 0.5], center = true); {text} %{CUBE}");
+    let scene = super::scene(&beside);
+    let instances = Instances::of(&scene).unwrap();
+    let placed: Vec<_> = instances.iter(&scene).collect();
+    assert!(
+        placed.iter().any(|one| one.world_from_object.is_identity()),
+        "the ghost"
+    );
+    // No solid touches another, so volumes add up, the ghost's too.
+    near(volume(&beside), 7.0 + 0.125 + 6.0, &beside);
+    // Mostly as it stands: nothing is turned but the one.
+    let few = format!(
+        "{CUBE} multmatrix([[1, 0, 0, 1]]) {CUBE} multmatrix([[1, 0, 0, 50]]) {turn} {CUBE}"
+    );
+    let scene = super::scene(&few);
+    let instances = Instances::of(&scene).unwrap();
+    let moved = instances
+        .iter(&scene)
+        .filter(|one| !one.world_from_object.is_identity());
+    assert_eq!(moved.count(), 1);
 }

@@ -22,7 +22,7 @@ const KEYS = [
   ["s", "save the picture"], ["p", "panel"], ["?", "these keys"], ["Esc", "close messages and marks"],
 ];
 // What replaces one another as the place of the camera.
-const PLACES = ["camera", "view", "fit", "eye", "look-at", "up", "fov-y", "orthographic"];
+const PLACES = ["camera", "view", "orbit", "fit", "eye", "look-at", "up", "fov-y", "orthographic"];
 
 let socket = null, began = null, options = {}, home = {}, pose = null, seen = null;
 let asked = 0;          // id of the last look that was sent

@@ -263,6 +263,7 @@ fn the_last_picture_has_the_bytes_of_render() {
     for options in [
         json!({"size": "90x60"}),
         json!({"size": "90x60", "view": "top"}),
+        json!({"size": "90x60", "orbit": "-40,25"}),
         place.clone(),
         with(json!({"exposure": "-1.5"})),
         with(json!({"precision": "fast", "spp": "4"})),

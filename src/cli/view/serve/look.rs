@@ -16,11 +16,12 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Options of `render` that pages set; all others are as `view` was started.
-const SETTABLE: [&str; 16] = [
+const SETTABLE: [&str; 17] = [
     "size",
     "frames",
     "camera",
     "view",
+    "orbit",
     "fit",
     "eye",
     "look-at",
@@ -209,11 +210,12 @@ impl Base {
     /// Returns the command line of `probe` that tells of this ray; empty for the built-in scene,
     /// which `probe` cannot name.
     pub fn probe_command(&self, org: DVec3, dir: DVec3) -> String {
-        const SHARED: [(&str, bool); 4] = [
+        const SHARED: [(&str, bool); 5] = [
             ("--allow-outside", false),
             ("--point-radius", true),
             ("--scad-curves", true),
             ("--clip", true),
+            ("--hatch", true),
         ];
         let Some(scene) = &self.scene else {
             return String::new();

@@ -57,7 +57,14 @@ struct SceneNote<'a> {
 
 pub fn run(args: &PageArgs) -> Result<(), CliError> {
     interrupt::leave_at_signal();
-    let tokens = std::env::args().skip(2).collect();
+    let tokens = std::env::args_os().skip(2).map(|token| token.into_string());
+    let tokens: Result<Vec<String>, _> = tokens.collect();
+    let tokens = tokens.map_err(|token| {
+        CliError::Usage(format!(
+            "{} is not UTF-8, and a page cannot name it; rename it",
+            token.display()
+        ))
+    })?;
     let base = Base::of(args, tokens)?;
     let asked = ReadLog::default();
     let model = Model::load(&base, &asked)?;

@@ -6,7 +6,7 @@ use crate::accel::{BuildQuality, KdQuality, Structure, World};
 use crate::cli::error::CliError;
 use crate::cli::pipeline::{self, counts_work, named, structure_of, thread_pool};
 use crate::cli::probe::{self, Report};
-use crate::io::{self, ReadLog, LoadError, LoadOptions, Loaded};
+use crate::io::{self, LoadError, LoadOptions, Loaded, ReadLog};
 use crate::measure::{Stats, Watch};
 use crate::plan::{Choices, Kernels, Plan, PlanError, plan};
 use crate::render::RenderConfig;

@@ -26,13 +26,15 @@ pub fn clipped(
             "leave it out; it cuts things as they stand",
         ));
     }
-    let (scene, uncut) = scene.cut(&options.clip, options.hatch).map_err(|source| match source {
-        SceneError::NothingToSee => refused(
-            "--clip that leaves nothing",
-            "it keeps what is in ax + by + cz <= d; turn all four signs to keep the other side",
-        ),
-        source => LoadError::of_scene(path, source),
-    })?;
+    let (scene, uncut) = scene.cut(&options.clip, options.hatch).map_err(
+        |source| match source {
+            SceneError::NothingToSee => refused(
+                "--clip that leaves nothing",
+                "it keeps what is in ax + by + cz <= d; turn all four signs to keep the other side",
+            ),
+            source => LoadError::of_scene(path, source),
+        },
+    )?;
     let left = (uncut.surfaces > 0).then(|| {
         format!(
             "not cut: {} × surface without an inside, other than meshes",

@@ -122,14 +122,24 @@ fn a_cut_shows_its_operands_and_keeps_the_rest() {
 #[test]
 fn a_hatched_cut_has_lines_in_its_operands_colours() {
     let folder = folder();
-    let front = ["--view", "front", "--size", "400x300", "--integrator", "direct"];
+    let front = [
+        "--view",
+        "front",
+        "--size",
+        "400x300",
+        "--integrator",
+        "direct",
+    ];
     let hatched = ["--clip", "0,0,1,0", "--hatch", "0.5"];
     let shown = render(folder.path(), PART, &[&front[..], &hatched].concat());
     let plain = render(folder.path(), PART, &[&front[..], &hatched[..2]].concat());
     // The picture is as wide as the block, with 8 % around it, and from -1 to 1.75 high.
     let at = |x: f64, y: f64| {
         let scale = 4.0 * 1.08 / 400.0;
-        ((200.0 + x / scale) as u32, (150.0 - (y - 0.375) / scale) as u32)
+        (
+            (200.0 + x / scale) as u32,
+            (150.0 - (y - 0.375) / scale) as u32,
+        )
     };
     // How much darker places are than without lines: in the middle of lines that go through the
     // origin, and between them.
@@ -207,7 +217,11 @@ fn wrong_views_and_cuts_are_refused() {
         (&["--clip", "0,0,0,1"], 2, "not all 0"),
         (&["--clip", "1,nan,0,1"], 2, "finite"),
         (&["--hatch", "auto"], 2, "--clip"),
-        (&["--clip", "0,0,1,0", "--hatch", "0"], 2, "above 0, or auto"),
+        (
+            &["--clip", "0,0,1,0", "--hatch", "0"],
+            2,
+            "above 0, or auto",
+        ),
         (&["--clip", "0,0,1,0", "--hatch", "wide"], 2, "or auto"),
     ] {
         fails(&[&["render"], arguments].concat(), code, says);

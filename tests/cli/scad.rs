@@ -35,6 +35,7 @@ mod program {
     use std::path::Path;
     use std::process::{Command, Output, Stdio};
     use std::time::{Duration, Instant};
+    use tempfile::TempDir;
 
     /// The command with a program, in a folder whose `openscad` runs a script; `$2` is the file that
     /// it should write.
@@ -100,13 +101,12 @@ mod program {
     }
 
     /// Gives a `.csg` with texts to the command.
-    fn with_texts(nodes: &str, script: &str) -> (Output, std::path::PathBuf, tempfile::TempDir) {
+    fn with_texts(nodes: &str, script: &str) -> (Output, TempDir) {
         let folder = folder();
         let mut command = command(folder.path(), script);
         std::fs::write(folder.path().join("part.csg"), nodes).unwrap();
-        let output = command.arg("part.csg").output().unwrap();
-        let path = folder.path().to_path_buf();
-        (output, path, folder)
+        let output = command.args(["part.csg", "--json", "-"]).output().unwrap();
+        (output, folder)
     }
 
     #[test]
@@ -118,22 +118,18 @@ mod program {
         let part = format!("linear_extrude(height = 2) {{ {text} }}");
         let moved = "multmatrix([[1, 0, 0, 9]])";
         let both = format!("{part}\n{moved} {part}\n");
-        let (output, path, _folder) = with_texts(&both, script);
-        assert!(output.status.success(), "{}", stderr(&output));
-        // Twice 2 (11 + 1/2), by two instances each.
-        let report = stdout(&output);
+        let (output, folder) = with_texts(&both, script);
         let said = stderr(&output);
+        assert!(output.status.success(), "{said}");
         assert!(said.contains("text(), with 17 chords to a curve"), "{said}");
-        let volumes: f64 = report
-            .lines()
-            .filter_map(|line| {
-                line.split_whitespace()
-                    .find_map(|word| word.parse::<f64>().ok())
-            })
-            .sum();
-        assert!((volumes - 46.0).abs() < 1e-3, "{report}");
+        let report: serde_json::Value = serde_json::from_str(stdout(&output)).unwrap();
+        let rows = report["solids"].as_array().unwrap();
+        // The frame and the dot, 2 thick, and all of it twice.
+        assert_eq!(rows.len(), 4);
+        let volume: f64 = rows.iter().map(|row| row["volume"].as_f64().unwrap()).sum();
+        assert!((volume - 46.0).abs() < 1e-3, "{volume}");
         // Once for both; nothing of the text becomes the program's.
-        let programs = std::fs::read_to_string(path.join("programs")).unwrap();
+        let programs = std::fs::read_to_string(folder.path().join("programs")).unwrap();
         let expected =
             r#"text(text = "o\".", size = 5, spacing = 1, font = "", halign = "left", $fn = 128);"#;
         assert_eq!(programs, expected);
@@ -165,7 +161,7 @@ mod program {
         // Spaces only.
         let script = "echo 'Current top level object is not a 2D object.' >&2; exit 1";
         let (output, ..) = with_texts(&format!("{text} cube(2);"), script);
-        assert!(output.status.success() && stdout(&output).contains("8.0000000"));
+        assert!(output.status.success() && stdout(&output).contains("\"volume\": 8.0"));
         let folder = folder();
         let mut command = command(folder.path(), "");
         std::fs::write(folder.path().join("part.csg"), text).unwrap();

@@ -57,7 +57,13 @@ fn a_hatch_has_the_operands_colour_and_goes_at_45_degrees() {
     let [whole, half] = operands(&scene, placed(&scene, 0)) else {
         panic!("two operands")
     };
-    assert_eq!((whole.shape, whole.material), (block, None));
+    // The block is what it was but for its material, which was the instance's.
+    assert_eq!(scene.roots.material[0], None);
+    let Shape::Csg(row) = scene.shapes.row(whole.shape) else {
+        panic!("a solid")
+    };
+    assert_eq!(scene.csg.material[row.index()], Some(red));
+    assert_eq!(operands(&scene, whole.shape)[0].shape, block);
     let material = half.material.unwrap();
     let names = &scene.materials.names;
     assert_eq!(names.get(material.0), Some("red hatched"));

@@ -176,7 +176,8 @@ fn page(shown: &[Shown]) -> String {
     let failed = shown.iter().filter(|one| one.failure.is_some()).count();
     page.push_str(&format!("<h1>{} scenes</h1>\n<ul>\n", shown.len() - failed));
     for one in shown.iter().filter(|one| one.failure.is_none()) {
-        let name = escaped(&one.scene.to_string_lossy());
+        // The picture is named after the scene file.
+        let name = escaped(&one.output.with_extension("").to_string_lossy());
         let link = link(&one.output);
         page.push_str(&format!(
             "<li><figure><a href=\"{link}\"><img src=\"{link}\" alt=\"{name}\" loading=\"lazy\"></a>\

@@ -4,6 +4,10 @@ use super::images::{Budget, too_large};
 use super::texels::LONGEST;
 use basisu::ktx2::{BasisFormat, Ktx2Header};
 use basisu::{DecodeFlags, TargetFormat, Transcoder};
+use std::ops::Range;
+
+/// Where the header has the length of keys and values.
+const LENGTH_OF_KEYS: Range<usize> = 60..64;
 
 /// The number of Zstandard among supercompressions.
 const ZSTANDARD: u32 = 2;
@@ -17,6 +21,12 @@ const BLOCK: u64 = 16;
 /// Lengths are checked before the decoder sees the file, and what the texels and their smaller
 /// levels will take is taken from the budget.
 pub(super) fn decode(bytes: &[u8], budget: &mut Budget) -> Result<(Vec<u8>, [u32; 2]), String> {
+    // Keys and values are not needed, and the decoder reads beyond the end of malformed ones.
+    let mut bytes = bytes.to_vec();
+    if let Some(length) = bytes.get_mut(LENGTH_OF_KEYS) {
+        length.fill(0);
+    }
+    let bytes = &*bytes;
     let header = Ktx2Header::parse(bytes);
     let header =
         header.ok_or("it is no KTX2 file of Basis Universal, or its header is malformed")?;
@@ -26,7 +36,7 @@ pub(super) fn decode(bytes: &[u8], budget: &mut Budget) -> Result<(Vec<u8>, [u32
             header.format
         ));
     }
-    if header.layer_count > 1 || header.face_count > 1 || header.has_anim_key {
+    if header.layer_count > 1 || header.face_count > 1 {
         return Err("it is a cube, an array or a video, not one image".into());
     }
     let size = [header.width, header.height];

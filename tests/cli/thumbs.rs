@@ -53,9 +53,10 @@ fn every_scene_has_a_picture_or_a_reason_on_the_page() {
         page.contains("src=\"parts/deep%20%26%20dark/%5Bb%5D%2A.obj.png\""),
         "{page}"
     );
+    assert!(page.contains("<dt>parts/broken.stl</dt>"), "{page}");
     assert!(
-        page.contains("<dt>t/records/../../parts/broken.stl")
-            || page.contains("parts/broken.stl</dt>")
+        page.contains("<figcaption>parts/@c.OBJ</figcaption>"),
+        "{page}"
     );
     assert_eq!(page.matches("<img").count(), 4);
 

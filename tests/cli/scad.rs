@@ -130,8 +130,7 @@ mod program {
         assert!((volume - 46.0).abs() < 1e-3, "{volume}");
         // Once for both; nothing of the text becomes the program's.
         let programs = std::fs::read_to_string(folder.path().join("programs")).unwrap();
-        let expected =
-            r#"text(text = "o\".", size = 5, spacing = 1, font = "", halign = "left", $fn = 128);"#;
+        let expected = r#"text(text = "o\".", size = 5, font = "", halign = "left", $fn = 128);"#;
         assert_eq!(programs, expected);
     }
 

@@ -6,6 +6,7 @@
 
 use crate::common::in_repository;
 use lanecast::internals::io::{LoadOptions, Loaded, load};
+#[cfg(feature = "ktx2")]
 use std::path::Path;
 
 /// A native scene whose material has the image `t.ktx2`.

@@ -87,8 +87,8 @@ fn what_is_not_drawn_is_named_with_its_place_and_a_remedy() {
         assert!(error.len() < 300, "{error}");
     }
     // In the background it is only left out.
-    let warning = loaded(&format!("%text(text = \"a\"); {CUBE}"))
+    let warning = loaded(&format!("%surface(file = \"a.dat\"); {CUBE}"))
         .warning
         .unwrap();
-    assert!(warning.contains("1 × % of text()"), "{warning}");
+    assert!(warning.contains("1 × % of surface()"), "{warning}");
 }

@@ -12,6 +12,7 @@ use super::{interrupt, isa, scene, tradeoff};
 use crate::io::LoadError;
 use crate::measure::tradeoff::{Bound, Point, within};
 use crate::scene::{Instances, Scene};
+use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -154,15 +155,11 @@ fn cache_file(class: &str) -> Option<PathBuf> {
         .filter(|folder| !folder.is_empty())
         .map(PathBuf::from)
         .or_else(of_home)?;
-    // FNV-1a of 64 bits: classes are few.
-    let hash = class.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
-    });
-    Some(
-        folder
-            .join("lanecast")
-            .join(format!("trade-{hash:016x}.json")),
-    )
+    let hash: String = Sha256::digest(class)
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
+    Some(folder.join("lanecast").join(format!("trade-{hash}.json")))
 }
 
 /// Reads a kept trade; a file that is not there or is none is not known.

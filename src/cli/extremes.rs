@@ -31,7 +31,7 @@ pub fn run(args: &ExtremesArgs) -> Result<(), CliError> {
     let pool = thread_pool(args.threads)?;
     let progress = interrupt::watch();
     let report = {
-        let _drawing = Drawing::start(&progress, args.progress);
+        let _drawing = Drawing::start(&progress, args.progress.style);
         pool.install(|| sweep(&sweeps, &options, &progress))?
     };
     interrupt::check(&progress)?;

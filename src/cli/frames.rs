@@ -139,7 +139,7 @@ pub fn run(
             ..config.clone()
         };
         let asked = args.shutter.shutter_slices;
-        let drawing = Drawing::start(&progress, args.common.progress);
+        let drawing = Drawing::start(&progress, args.common.progress.style);
         let render = || -> Result<Rendered, CliError> {
             Ok(
                 match shutter::slices(&view, camera_row, config, asked, &name)? {

@@ -12,8 +12,8 @@ use crate::io::{discard_unfinished, end_children};
 use crate::render::Progress;
 #[cfg(unix)]
 use signal_hook::consts::SIGXFSZ;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 /// Time that cancelled work gets to stop by itself.
@@ -44,8 +44,14 @@ pub fn cause(error: CliError) -> CliError {
     }
 }
 
-/// Returns a progress whose `cancel` the first signal sets. Call this once.
+/// Returns the progress whose `cancel` the first signal sets: always the same one, so that a command
+/// of several stages is ended in any of them.
 pub fn watch() -> Arc<Progress> {
+    static WATCHED: OnceLock<Arc<Progress>> = OnceLock::new();
+    Arc::clone(WATCHED.get_or_init(watched))
+}
+
+fn watched() -> Arc<Progress> {
     let progress = Arc::new(Progress::default());
     let watched = Arc::clone(&progress);
     // Without a handler, a signal ends the process by default.

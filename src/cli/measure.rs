@@ -124,7 +124,7 @@ pub fn run(args: &MeasureArgs) -> Result<(), CliError> {
         left_out: [0; 5],
     };
     let solids = {
-        let _drawing = Drawing::start(&progress, args.progress);
+        let _drawing = Drawing::start(&progress, args.progress.style);
         pool.install(|| {
             if args.per_shape {
                 Ok(measurer.shapes(&instances))

@@ -77,7 +77,7 @@ pub fn run(
     };
     let (part, counts) = prepared.traced(
         (&mut watch, &mut stats),
-        (&progress, args.common.progress),
+        (&progress, args.common.progress.style),
         render,
     )??;
     stats.rays = counts;

@@ -100,7 +100,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
         ..
     } = prepared.traced(
         (&mut watch, &mut stats),
-        (&progress, args.common.progress),
+        (&progress, args.common.progress.style),
         render,
     )??;
     if let Some(shown) = shown {

@@ -86,7 +86,7 @@ pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
         },
         sample: args.sample.unwrap_or(1).min(u64::from(u32::MAX)) as u32,
         progress: &progress,
-        style: args.common.progress,
+        style: args.common.progress.style,
     };
     let all = [Precision::Fast, Precision::Guarded, Precision::Exact];
     let asked = |mode: &Precision| args.common.precision.is_none_or(|only| only == *mode);

@@ -1,23 +1,14 @@
 //! `render --accuracy`, which chooses options by a measured trade, and `plan --measure`.
 
 use crate::run::{fails, folder, lanecast, stderr, stdout};
+use crate::tradeoff::HARD;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// A torus by direct light.
-const RING: &str = "format = 1
-[[light]]
-directional = { direction = [-1, -1, -1], irradiance = [3, 3, 3] }
-[shape]
-ring.torus = { major = 2, minor = 0.5 }
-[[instance]]
-shape = 'ring'
-";
-
 /// Renders the ring with a folder of its own for caches.
 fn render(folder: &Path, picture: &str, more: &[&str]) -> Output {
-    fs::write(folder.join("a.toml"), RING).unwrap();
+    fs::write(folder.join("a.toml"), HARD).unwrap();
     let mut command = Command::new(env!("CARGO_BIN_EXE_lanecast"));
     command
         .current_dir(folder)
@@ -77,7 +68,7 @@ fn bounds_replace_the_options_that_they_choose() {
 #[test]
 fn prices_are_of_what_the_scene_lacks() {
     let folder = folder();
-    fs::write(folder.path().join("a.toml"), RING).unwrap();
+    fs::write(folder.path().join("a.toml"), HARD).unwrap();
     let arguments = [
         "plan",
         "a.toml",

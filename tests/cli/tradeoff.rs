@@ -24,7 +24,7 @@ shape = 'floor'
 ";
 
 /// A torus by direct light.
-const HARD: &str = "format = 1
+pub const HARD: &str = "format = 1
 [[light]]
 directional = { direction = [-1, -1, -1], irradiance = [3, 3, 3] }
 [shape]

@@ -1,7 +1,7 @@
 //! Options of `batch`.
 
+use super::common::ProgressArgs;
 use crate::cli::batch::{Ranges, Shard};
-use crate::cli::progress::Style;
 use clap::{Args, value_parser};
 use std::path::{Path, PathBuf};
 
@@ -41,10 +41,8 @@ pub struct BatchArgs {
     /// [default: all hardware threads]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
-    /// Show progress on standard error: bar (on a terminal; else a line at each tenth), json (a
-    /// line every half second), none, or auto, which is a bar on a terminal, else none
-    #[arg(long, value_name = "HOW", default_value = "auto", value_parser = Style::parse)]
-    pub progress: Style,
+    #[command(flatten)]
+    pub progress: ProgressArgs,
     /// Do a task that has ended the process before, and nothing else.
     #[arg(long, hide = true)]
     pub alone: bool,
@@ -52,7 +50,12 @@ pub struct BatchArgs {
 
 impl BatchArgs {
     /// Returns the arguments of a whole job.
-    pub fn of_job(job: PathBuf, out: &Path, threads: Option<u32>, progress: Style) -> BatchArgs {
+    pub fn of_job(
+        job: PathBuf,
+        out: &Path,
+        threads: Option<u32>,
+        progress: ProgressArgs,
+    ) -> BatchArgs {
         BatchArgs {
             job,
             out: Some(out.into()),

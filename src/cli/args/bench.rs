@@ -1,11 +1,11 @@
 //! Options of `bench`.
 
+use super::common::{CommonArgs, SolverArgs, check_build};
 use super::values::{
     BaselineChoice, BenchAccels, BenchBuilds, BenchCachings, BenchKinds, GrowthRange, Orders, Size,
     parse_accels, parse_bench_builds, parse_cachings, parse_generated, parse_growth, parse_kinds,
     parse_orders, parse_page, parse_peers,
 };
-use super::{CommonArgs, SolverArgs, check_build};
 use crate::cli::error::CliError;
 use crate::measure::generate::Generated;
 use crate::render::RenderConfig;

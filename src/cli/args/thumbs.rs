@@ -1,6 +1,6 @@
 //! Options of `thumbs`.
 
-use crate::cli::progress::Style;
+use super::common::ProgressArgs;
 use clap::{Args, value_parser};
 use serde_json::{Map, Value};
 use std::path::PathBuf;
@@ -26,10 +26,8 @@ pub struct ThumbsArgs {
     /// Threads [default: all hardware threads]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
-    /// Show progress on standard error: bar (on a terminal; else a line at each tenth), json (a
-    /// line every half second), none, or auto, which is a bar on a terminal, else none
-    #[arg(long, value_name = "HOW", default_value = "auto", value_parser = Style::parse)]
-    pub progress: Style,
+    #[command(flatten)]
+    pub progress: ProgressArgs,
 }
 
 impl ThumbsArgs {

@@ -1,11 +1,11 @@
 //! Options of `tradeoff`.
 
+use super::common::ProgressArgs;
 use super::import::ImportArgs;
 use super::shutter::ShutterArgs;
 use super::values::{Size, parse_page, parse_size};
 use super::view::ViewArgs;
 use crate::cli::output::Sink;
-use crate::cli::progress::Style;
 use crate::measure::tradeoff::Bound;
 use clap::{Args, value_parser};
 use std::path::PathBuf;
@@ -45,10 +45,8 @@ pub struct TradeoffArgs {
     pub shutter: ShutterArgs,
     #[command(flatten)]
     pub import: ImportArgs,
-    /// Show progress on standard error: bar (on a terminal; else a line at each tenth), json (a
-    /// line every half second), none, or auto, which is a bar on a terminal, else none
-    #[arg(long, value_name = "HOW", default_value = "auto", value_parser = Style::parse)]
-    pub progress: Style,
+    #[command(flatten)]
+    pub progress: ProgressArgs,
     /// Write machine-readable results; - is standard output
     #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
     pub json: Option<Sink>,

@@ -107,7 +107,7 @@ impl<'r> Run<'r> {
             self.sweep(&todo);
             let shown = Arc::new(Progress::default());
             shown.start((todo.len() + suspects.len()) as u32);
-            let drawing = Drawing::start(&shown, self.args.progress);
+            let drawing = Drawing::start(&shown, self.args.progress.style);
             let work = self.work(&todo, (&progress, &shown))?;
             let workers = if work.threads == 1 {
                 work.pool.current_num_threads()

@@ -6,8 +6,7 @@
 
 use crate::accel::World;
 use crate::cli::error::CliError;
-use crate::cli::interrupt;
-use crate::cli::pipeline::{complete, structure};
+use crate::cli::pipeline::{Prepared, complete};
 use crate::geom::{Sphere, implicit::torus};
 use crate::io::LoadError;
 use crate::math::Affine;
@@ -190,7 +189,7 @@ fn triangle(builder: &mut SceneBuilder, place: DVec3, size: f64) -> ShapeId {
 /// A scene that is ready to be rendered.
 struct Ready {
     what: &'static str,
-    prepared: crate::cli::pipeline::Prepared,
+    prepared: Prepared,
     world: World,
     seconds: Vec<f64>,
 }
@@ -203,16 +202,7 @@ impl Ready {
     ) -> Result<Ready, CliError> {
         let (mut watch, mut stats) = (Watch::start(), Stats::default());
         let prepared = complete(scene, path, config, &mut watch, &mut stats)?;
-        let structure = structure(&prepared.plan, &prepared.kd);
-        let build = || {
-            World::build_to(
-                prepared.build,
-                &prepared.scene,
-                &prepared.instances,
-                structure,
-            )
-        };
-        let world = prepared.pool.install(build);
+        let world = prepared.world(&mut watch, &mut stats);
         Ok(Ready {
             what,
             prepared,
@@ -258,7 +248,8 @@ pub fn prices(
         },
         ..config.clone()
     };
-    let progress = interrupt::watch();
+    // A signal ends `plan` at once.
+    let progress = Progress::default();
     let of_scene = |source| LoadError::of_scene(path, source);
     let instances = Instances::of(scene).map_err(of_scene)?;
     let Some(bounds) = framed_bounds(scene, &instances) else {
@@ -281,7 +272,6 @@ pub fn prices(
     }
     for _ in 0..TURNS {
         for ready in &mut all {
-            interrupt::check(&progress)?;
             ready.render(config, &progress)?;
         }
     }

@@ -247,7 +247,7 @@ impl Work<'_> {
             camera: self.prepared.camera,
             lights: &world.scene.lights,
         };
-        let _drawing = Drawing::start(self.progress, self.args.progress);
+        let _drawing = Drawing::start(self.progress, self.args.progress.style);
         let row = self.prepared.camera_row;
         self.prepared.pool.install(|| {
             let slices = shutter::slices(&view, row, config, None, &self.args.scene)?;

@@ -44,7 +44,7 @@ pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
         lights: &prepared.scene.lights,
     };
     let compared = {
-        let _drawing = Drawing::start(&progress, args.common.progress);
+        let _drawing = Drawing::start(&progress, args.common.progress.style);
         let compare = || verify_light(&view, &config, &reference, LISTED, &progress);
         prepared.pool.install(compare)
     };

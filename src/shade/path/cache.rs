@@ -13,10 +13,11 @@ mod record;
 
 pub use record::{IrradianceRecord, SECTORS, sector_direction};
 
+use super::PathTracer;
 use super::layers::{EMISSION, Film, LayerPlan, Trail};
+use super::materials::Look;
 use super::spot::Spot;
 use super::state::Paths;
-use super::{Look, PathTracer};
 use crate::light::bsdf::Sampled;
 use crate::light::sampling::cosine_hemisphere_density;
 use crate::math::Vec3;

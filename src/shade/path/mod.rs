@@ -13,10 +13,12 @@ mod ground;
 mod guides;
 mod layers;
 mod luminaires;
+mod materials;
 mod media;
 mod normal_maps;
 mod record;
 mod scatter;
+mod scratch;
 mod shadows;
 mod spot;
 mod state;
@@ -31,219 +33,26 @@ pub use ground::Ground;
 pub use guides::GUIDES;
 pub use layers::{LIGHT_LAYERS, LayerPlan, LayerSlots};
 pub use luminaires::Luminaires;
+pub use materials::Materials;
 pub use media::MediaField;
 pub use record::{PathLight, PathVertex};
+pub use scratch::PathScratch;
 pub use state::Media;
 
 use super::columns::{STEP, Singles};
 use super::hit_buffer::HitBuffer;
-use super::hit_columns::HitColumns;
 use super::hits::fill_hit_buffer;
-use super::ray_queue::{BATCH, RayQueue};
+use super::ray_queue::BATCH;
 use super::statistics::{Statistics, count_rays};
 use crate::accel::World;
-use crate::light::bsdf::Bsdf;
 use crate::light::sampler::Sampler;
 use crate::math::lanes::{Lanes, Words};
 use crate::plan::Kernels;
-use crate::scene::{Material, MaterialId, Rgb, Textures};
-use crate::trace::{HitId, RayKind, ShadowCache, Solids, TraceScratch};
-use bumpalo::Bump;
+use crate::scene::Rgb;
+use crate::trace::{HitId, RayKind, ShadowCache, Solids};
 use bumpalo::collections::Vec as ArenaVec;
-use cache::CacheColumns;
-use glam::DVec3;
 use layers::Film;
-use shadows::LightRays;
-use state::Paths;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
-use textured::{Passing, Varied};
-
-/// What the path tracer needs to know of each material, and of all of them together.
-#[derive(Debug)]
-pub struct Materials {
-    /// By material, and last that of surfaces without one.
-    rows: Vec<Look>,
-    /// True if light inside some material is bent, absorbed or both.
-    has_media: bool,
-    /// True if some medium bends the three colours differently.
-    has_dispersion: bool,
-    /// True if some material shines.
-    any_shines: bool,
-    /// True if shadow rays may pass some surface.
-    has_holes: bool,
-    /// True if some material varies from hit to hit; if the alpha of some does, and if some have
-    /// normal maps.
-    has_textures: bool,
-    has_cutouts: bool,
-    has_normal_maps: bool,
-    /// True if the normals of some coats are not those below.
-    bends_coats: bool,
-}
-
-/// A material as the path tracer reads it.
-#[derive(Debug)]
-struct Look {
-    material: Material,
-    bsdf: Bsdf,
-    /// Absorption inside, per world unit.
-    absorption: Rgb,
-    /// How it varies from hit to hit.
-    varied: Option<Varied>,
-    /// The factor of an alpha that varies.
-    alpha: f32,
-    /// Whether the normal of its coat is not that of the base.
-    bends_coat: bool,
-    /// Whether its highlights are stretched along the tangents of meshes.
-    follows_tangents: bool,
-}
-
-impl Materials {
-    /// Prepares a scene's materials, which textures may vary.
-    pub fn new(rows: &[Material], textures: &Textures) -> Materials {
-        let all = rows.iter().copied().chain([Material::default()]);
-        let mut rows: Vec<Look> = all.map(Look::new).collect();
-        for row in textures.iter() {
-            let look = &mut rows[row.material.index()];
-            *look = Look::varied(look.material, &row);
-        }
-        let has = |what: fn(&Varied) -> bool| {
-            let mut all = rows.iter().filter_map(|look| look.varied.as_ref());
-            all.any(what)
-        };
-        Materials {
-            has_textures: has(|_| true),
-            has_cutouts: has(Varied::has_alpha),
-            has_normal_maps: has(Varied::has_normals),
-            bends_coats: rows.iter().any(|look| look.bends_coat),
-            any_shines: rows.iter().any(|look| look.shine().is_some()),
-            has_media: rows.iter().any(Look::has_medium),
-            has_dispersion: rows.iter().any(Look::has_dispersion),
-            has_holes: rows.iter().any(Look::lets_shadow_rays_pass),
-            rows,
-        }
-    }
-
-    /// Returns the medium that is there where several overlap: the one of the highest priority,
-    /// of the highest number among equals.
-    fn innermost(&self, media: &Media) -> Option<u32> {
-        let priority = |m: &u32| (self.rows[*m as usize].material.layers.priority, *m);
-        media.iter().max_by_key(priority)
-    }
-
-    /// Returns the share of light that the innermost of some media leaves over a way in world
-    /// units, which may be infinite (Beer and Lambert).
-    fn left(&self, media: &Media, way: f32) -> Rgb {
-        let Some(medium) = self.innermost(media) else {
-            return [1.0; 3];
-        };
-        let left = |absorption: f32| match absorption {
-            0.0 => 1.0,
-            _ => libm::expf(-absorption * way),
-        };
-        self.rows[medium as usize].absorption.map(left)
-    }
-
-    /// Says whether paths and shadow rays may pass some surface.
-    pub fn has_holes(&self) -> bool {
-        self.has_holes
-    }
-
-    /// Returns the index of refraction of a medium, 1 without one, for red, green or blue: that
-    /// of `KHR_materials_dispersion`, whose red and blue are the Fraunhofer lines C and F.
-    fn index(&self, medium: Option<u32>, channel: usize) -> f32 {
-        let of = |m: u32| {
-            let Material { ior, layers, .. } = &self.rows[m as usize].material;
-            let part = [-0.025, 0.0, 0.025][channel];
-            ior + (ior - 1.0) * layers.dispersion * part
-        };
-        medium.map_or(1.0, of)
-    }
-
-    /// Says whether a medium bends the three colours differently.
-    fn disperses(&self, medium: Option<u32>) -> bool {
-        self.has_dispersion
-            && medium.is_some_and(|m| self.rows[m as usize].material.layers.dispersion > 0.0)
-    }
-
-    /// Says whether some material varies from hit to hit.
-    pub fn has_textures(&self) -> bool {
-        self.has_textures
-    }
-
-    /// Says whether light inside some material is bent or absorbed.
-    pub fn has_media(&self) -> bool {
-        self.has_media
-    }
-
-    /// Says whether a surface of this material bounds a medium.
-    pub fn bounds_medium(&self, id: Option<MaterialId>) -> bool {
-        self.rows[self.number(id) as usize].has_medium()
-    }
-
-    /// Lists the media around a point: those of the solids that contain it.
-    pub fn media_at(&self, solids: &Solids, point: DVec3, trace: &mut TraceScratch) -> Media {
-        let mut media = Media::default();
-        solids.around(point, trace, |material| {
-            if self.bounds_medium(material) {
-                media.enter(self.number(material));
-            }
-        });
-        media
-    }
-
-    #[inline(always)]
-    fn number(&self, id: Option<MaterialId>) -> u32 {
-        id.map_or(self.rows.len() as u32 - 1, |id| id.index() as u32)
-    }
-}
-
-impl Look {
-    fn new(material: Material) -> Look {
-        let layers = &material.layers;
-        let absorb = |c: f32| -c.max(1e-6).ln() / layers.attenuation_distance;
-        Look {
-            bsdf: Bsdf::new(&material),
-            absorption: layers.attenuation_color.map(absorb),
-            material,
-            varied: None,
-            alpha: 1.0,
-            bends_coat: false,
-            follows_tangents: false,
-        }
-    }
-
-    /// Returns the radiance of the surface itself, if it shines.
-    fn shine(&self) -> Option<Rgb> {
-        let unlit = self.material.layers.unlit;
-        let shown = |k: usize| {
-            self.material.emission[k]
-                + if unlit {
-                    self.material.base_color[k]
-                } else {
-                    0.0
-                }
-        };
-        let opacity = self.material.layers.opacity;
-        let radiance = [shown(0), shown(1), shown(2)].map(|c| c * opacity);
-        (radiance != [0.0; 3]).then_some(radiance)
-    }
-
-    /// Says whether the material bounds a medium of its own.
-    fn has_medium(&self) -> bool {
-        self.material.transmission > 0.0 && !self.material.layers.thin_walled
-    }
-
-    fn has_dispersion(&self) -> bool {
-        self.has_medium() && self.material.layers.dispersion > 0.0
-    }
-
-    fn lets_shadow_rays_pass(&self) -> bool {
-        let layers = &self.material.layers;
-        let is_pane = self.material.transmission > 0.0 && layers.thin_walled;
-        let cutout = self.varied.as_ref().is_some_and(Varied::has_alpha);
-        cutout || layers.opacity < 1.0 || is_pane && self.bsdf.only_delta
-    }
-}
 
 /// What camera rays see where they meet nothing but holes and panes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -253,143 +62,6 @@ pub enum Seen {
     Color(Rgb),
     /// Nothing, whose share the slots' last number lacks.
     Nothing,
-}
-
-/// Buffers of a path tracer: columns in the worker's arena, allocated once per tile and reused
-/// by every wave, and the worker's scratch for queries.
-pub struct PathScratch<'b> {
-    waves: [Paths<'b>; 2],
-    hits: HitColumns<'b>,
-    buffer: HitBuffer<'b>,
-    /// Rows of the hit buffer, sorted by material.
-    order: ArenaVec<'b, u32>,
-    /// First place in `order` of each material's hits.
-    starts: ArenaVec<'b, u32>,
-    lights: LightRays<'b>,
-    cached: CacheColumns<'b>,
-    passing: Passing<'b>,
-    layers: Option<LayerSlots<'b>>,
-    /// What the tile's pixels meet first.
-    first_met: Option<&'b mut [FirstMet]>,
-    /// The path that is traced alone, for `verify`.
-    record: Option<Vec<PathVertex>>,
-    trace: &'b mut TraceScratch,
-}
-
-impl<'b> PathScratch<'b> {
-    /// `smooth` says whether the scene has meshes with vertex normals, `has_holes` whether paths
-    /// may pass surfaces, `is_cached` whether there is an irradiance cache, `has_textures` whether
-    /// materials vary from hit to hit.
-    pub fn new(
-        arena: &'b Bump,
-        trace: &'b mut TraceScratch,
-        (smooth, has_holes, is_cached, has_textures): (bool, bool, bool, bool),
-    ) -> PathScratch<'b> {
-        let mut buffer = HitBuffer::with_capacity(BATCH, arena);
-        buffer.wants_lift = smooth;
-        buffer.wants_places = has_textures;
-        PathScratch {
-            waves: std::array::from_fn(|_| Paths::new(arena, (has_holes, is_cached, has_textures))),
-            hits: HitColumns::new(arena),
-            buffer,
-            order: ArenaVec::with_capacity_in(BATCH, arena),
-            starts: ArenaVec::new_in(arena),
-            lights: LightRays::new(arena),
-            cached: CacheColumns::new(arena),
-            passing: Passing::new(arena),
-            layers: None,
-            first_met: None,
-            record: None,
-            trace,
-        }
-    }
-
-    /// Keeps layers of light of a tile's pixels from now on.
-    pub fn keep_layers(&mut self, pixels: usize, plan: &LayerPlan, arena: &'b Bump) {
-        let (layers, has_guides) = (plan.count(), plan.guides().is_some());
-        let trails = || ArenaVec::with_capacity_in(BATCH, arena);
-        self.waves
-            .iter_mut()
-            .for_each(|wave| wave.trails = Some(trails()));
-        self.lights.keys = Some(ArenaVec::with_capacity_in(BATCH, arena));
-        if has_guides {
-            let guiding = || ArenaVec::with_capacity_in(BATCH, arena);
-            self.waves
-                .iter_mut()
-                .for_each(|wave| wave.guiding = Some(guiding()));
-        }
-        self.layers = Some(LayerSlots::new(pixels, layers, arena));
-    }
-
-    /// Keeps what a tile's pixels meet first from now on.
-    pub fn keep_first_met(&mut self, pixels: usize, arena: &'b Bump) {
-        let open = || ArenaVec::with_capacity_in(BATCH, arena);
-        self.waves
-            .iter_mut()
-            .for_each(|wave| wave.open = Some(open()));
-        self.first_met = Some(arena.alloc_slice_fill_copy(pixels, FirstMet::NOTHING));
-    }
-
-    /// Empties what is kept beside the slots, before a sample.
-    pub fn clear_outputs(&mut self) {
-        if let Some(layers) = &mut self.layers {
-            layers.clear();
-        }
-        if let Some(met) = &mut self.first_met {
-            met.fill(FirstMet::NOTHING);
-        }
-    }
-
-    /// Returns the layers of the last sample, if they are kept.
-    pub fn layers(&self) -> Option<&LayerSlots<'b>> {
-        self.layers.as_ref()
-    }
-
-    /// Returns what each pixel's last sample met first, if it is kept.
-    pub fn first_met(&self) -> Option<&[FirstMet]> {
-        self.first_met.as_deref()
-    }
-
-    /// Returns the emptied queue to fill with at most [`BATCH`] camera rays, one a pixel, and
-    /// the column for the keys of their pixels.
-    pub fn camera_rays(&mut self) -> (&mut RayQueue<'b>, &mut ArenaVec<'b, u32>) {
-        let first = &mut self.waves[0];
-        first.clear();
-        (&mut first.rays, &mut first.key)
-    }
-
-    /// Lists the film's rows of the camera rays that are queued.
-    pub fn queued(&self) -> &[u32] {
-        &self.waves[0].rays.pixel
-    }
-
-    /// Takes the points that the last paths found without a record of the cache.
-    pub fn take_missed(&mut self) -> Vec<Missed> {
-        let missed = self.cached.missed.to_vec();
-        self.cached.missed.clear();
-        missed
-    }
-
-    /// Asks how far the camera rays of the next batches reach.
-    pub fn ask_reach(&mut self) {
-        let arena = self.cached.missed.bump();
-        self.cached.reach = Some(ArenaVec::with_capacity_in(BATCH, arena));
-    }
-
-    /// Lists the t of the last batch's first hits; infinite where a ray met nothing.
-    pub fn reach(&self) -> &[f64] {
-        self.cached.reach.as_deref().unwrap_or_default()
-    }
-
-    /// Begins a record of the next path, which is traced alone.
-    pub fn start_record(&mut self) {
-        self.record = Some(Vec::new());
-    }
-
-    /// Ends a record.
-    pub fn take_record(&mut self) -> Vec<PathVertex> {
-        self.record.take().unwrap_or_default()
-    }
 }
 
 /// Which sample of its pixel each path is.

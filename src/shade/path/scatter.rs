@@ -3,11 +3,12 @@
 use super::cache::{CacheColumns, UseMode};
 use super::emission::narrow;
 use super::layers::{LayerKey, SKY, shares};
+use super::materials::Look;
 use super::shadows::{BODY_END, LightRays};
 use super::spot::{Spot, widen};
 use super::state::{Media, Paths};
 use super::textured::widening;
-use super::{Look, PathTracer, ROULETTE_DEPTH, SampleNumbers, share};
+use super::{PathTracer, ROULETTE_DEPTH, SampleNumbers, share};
 use crate::light::bsdf::Sampled;
 use crate::math::lanes::{Lanes, Mask, Words};
 use crate::math::{Vec3, units};

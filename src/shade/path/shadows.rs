@@ -1,7 +1,8 @@
 //! Rays towards sampled light, and what arrives by those that are not blocked.
 
+use super::PathTracer;
 use super::layers::{EMISSION, Film, LayerKey, SKY};
-use super::{Look, PathTracer};
+use super::materials::Look;
 use crate::scene::Rgb;
 use crate::shade::hit_buffer::HitBuffer;
 use crate::shade::hit_columns::HitColumns;

@@ -1,7 +1,7 @@
 //! Hits of one material, as many as there are lanes, prepared for scattering.
 
-use super::Look;
 use super::emission::narrow;
+use super::materials::Look;
 use super::state::{Media, Paths};
 use crate::light::bsdf::Looks;
 use crate::light::sampling::Frame;

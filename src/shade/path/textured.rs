@@ -1,8 +1,9 @@
 //! Materials that vary from hit to hit: their looks, normals and emission at hits, and surfaces
 //! that are there in part only.
 
+use super::materials::Look;
 use super::state::{Cone, Paths};
-use super::{Look, PathTracer, SampleNumbers};
+use super::{PathTracer, SampleNumbers};
 use crate::light::bsdf::{Bsdf, Looks, Variation};
 use crate::math::lanes::Lanes;
 use crate::scene::{

@@ -11,6 +11,7 @@ mod found_gltf;
 mod found_meshes;
 mod io_bad;
 mod ktx2;
+mod lathe;
 mod limits;
 mod meshopt;
 mod mutated;

@@ -5,7 +5,7 @@ use super::lower_csg::{Declared, declare, refuse_extras};
 use super::schema;
 use super::source_spans::At;
 use super::tree::{Source, quoted};
-use super::{lower_deformation, lower_polynomial};
+use super::{lower_deformation, lower_lathe, lower_polynomial};
 use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Prism, Quadric, Sphere, hull};
 use crate::scene::{MaterialId, MeshData, MeshId, SceneBuilder, Shape, ShapeId};
 use crate::shared::images::ImageStore;
@@ -101,6 +101,7 @@ pub(super) fn shape(
         ("polyhedron", row.polyhedron.is_some()),
         ("polygon", row.polygon.is_some()),
         ("prism", row.prism.is_some()),
+        ("lathe", row.lathe.is_some()),
         ("quadric", row.quadric.is_some()),
         ("torus", row.torus.is_some()),
         ("superquadric", row.superquadric.is_some()),
@@ -183,6 +184,9 @@ pub(super) fn shape(
             height: s.height,
         };
         return Ok(scene.prism(name, prism));
+    }
+    if let Some(s) = row.lathe {
+        return lower_lathe::lathe(source, name, &s, scene);
     }
     if let Some(s) = row.quadric {
         let coefficients = s.coefficients;

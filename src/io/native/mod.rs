@@ -15,6 +15,7 @@ mod lower;
 mod lower_camera;
 mod lower_csg;
 mod lower_deformation;
+mod lower_lathe;
 mod lower_light;
 mod lower_looks;
 mod lower_pattern;

@@ -185,6 +185,7 @@ pub struct Shape {
     pub polyhedron: Option<At<Polyhedron>>,
     pub polygon: Option<Polygon>,
     pub prism: Option<Prism>,
+    pub lathe: Option<At<Lathe>>,
     pub quadric: Option<Quadric>,
     pub torus: Option<Torus>,
     pub superquadric: Option<Superquadric>,
@@ -317,6 +318,17 @@ pub struct Prism {
     /// The corners of each hole, inside the outline.
     pub holes: Option<Vec<Vec<[f64; 2]>>>,
     pub height: f64,
+}
+
+/// The solid that an outline with holes sweeps when it is turned about the y axis.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Lathe {
+    /// The corners of the outline in turn, either way round, three or more: distance from the
+    /// y axis, 0 or greater, and y.
+    pub points: Vec<[f64; 2]>,
+    /// The corners of each hole, inside the outline.
+    pub holes: Option<Vec<Vec<[f64; 2]>>>,
 }
 
 /// The solid of all points with Ax² + By² + Cz² + Dxy + Exz + Fyz + Gx + Hy + Iz + J

@@ -88,10 +88,14 @@ impl de::Error for DecodeError {
 }
 
 /// Words of other programs, and what this format has instead: one of its keys, or a remedy.
-const FOREIGN: [(&str, &str); 18] = [
+const FOREIGN: [(&str, &str); 22] = [
     ("extrude", "prism"),
     ("linear_extrude", "prism"),
     ("extrusion", "prism"),
+    ("revolve", "lathe"),
+    ("revolution", "lathe"),
+    ("rotate_extrude", "lathe"),
+    ("sor", "lathe"),
     ("cube", "box"),
     ("cuboid", "box"),
     ("plane", "half_space"),

@@ -1,13 +1,13 @@
 //! `rotate_extrude`: what an outline sweeps that is turned about its y axis, which becomes z.
 //!
 //! The solid is where (distance from z, z) lies in the outline, so operators of outlines are those
-//! of what they sweep. An edge sweeps a cone: what a polygon sweeps is in an odd number of the
-//! cones between its edges and the axis. A disc sweeps a torus. So all is exact.
+//! of what they sweep. A polygon sweeps cones ([`frusta`]), a disc a torus. So all is exact.
 
 use super::curves;
 use super::outlines::{Outlines, PlacedShape, Shape, corners};
 use super::solids::{Leaf, SolidId, Solids};
 use crate::scene::Operator;
+use crate::shared::lathe::{Frustum, frusta};
 use glam::{DAffine2, DAffine3, DVec2, DVec3};
 use std::collections::HashMap;
 
@@ -64,40 +64,18 @@ fn of_rings(
     let mut cones = Vec::new();
     for ring in rings {
         let ring: Vec<DVec2> = ring.iter().map(|p| map.transform_point2(*p)).collect();
-        let next = ring.iter().skip(1).chain(ring.first());
-        for (a, b) in ring.iter().zip(next) {
-            let [low, high] = if a.y < b.y { [*a, *b] } else { [*b, *a] };
-            cones.extend(cone(low, high));
-        }
+        cones.extend(frusta(&ring).map(|piece| solids.leaf(line, cone(&piece))));
     }
-    let cones: Vec<SolidId> = cones
-        .into_iter()
-        .map(|cone| solids.leaf(line, cone))
-        .collect();
     (!cones.is_empty()).then(|| solids.op(line, Operator::Xor, cones))
 }
 
-/// Returns what lies between the axis and an edge's part at x > 0.
-fn cone(mut low: DVec2, mut high: DVec2) -> Option<Leaf> {
-    if !(low.y < high.y) || low.x.max(high.x) <= 0.0 {
-        return None;
-    }
-    let (from, to) = (low, high);
-    let at_axis = || {
-        let part = from.x / (from.x - to.x);
-        DVec2::new(0.0, from.y + (to.y - from.y) * part)
-    };
-    if low.x < 0.0 {
-        low = at_axis();
-    } else if high.x < 0.0 {
-        high = at_axis();
-    }
-    (low.y < high.y).then_some(Leaf::Frustum {
+fn cone([low, high]: &Frustum) -> Leaf {
+    Leaf::Frustum {
         base: DVec3::new(0.0, 0.0, low.y),
         top: DVec3::new(0.0, 0.0, high.y),
         base_radius: low.x,
         top_radius: high.x,
-    })
+    }
 }
 
 /// Says whether a map leaves discs round.

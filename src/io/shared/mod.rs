@@ -11,6 +11,7 @@ pub mod images;
 pub mod import_report;
 #[cfg(feature = "ktx2")]
 mod ktx2;
+pub mod lathe;
 pub mod leftovers;
 pub mod line_column;
 pub mod merge_meshes;

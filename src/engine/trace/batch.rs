@@ -117,6 +117,12 @@ pub fn counts(world: &World) -> bool {
     matches!(world.accelerator, Accelerator::Baseline(_))
 }
 
+/// Unit tests of this crate instantiate the few traversals that they compare, and none of
+/// those that [`dispatch`] chooses from: these take longer to build than all else, and
+/// integration tests trace by them.
+const UNIT_TESTS: bool = cfg!(test);
+const IN_UNIT_TESTS: &str = "unit tests call traversals by name";
+
 /// A batch of queries at any width and certainty. Each instantiation of a function is a
 /// traversal of its own; `.ci/instances` counts them.
 trait Batch {
@@ -170,6 +176,9 @@ fn by_structure_at_one<C: Certainty>(
     batch: impl Batch,
     scratch: &mut TraceScratch,
 ) {
+    if UNIT_TESTS {
+        unreachable!("{IN_UNIT_TESTS}");
+    }
     match levels {
         Accelerator::Nested(levels) => scratch.with_walk(|walk, scratch| {
             batch.nested::<f32, C, BEAM>(&levels.instance_bvhs, &mut walk.streams, scratch);
@@ -185,6 +194,9 @@ fn dispatch(
     batch: impl Batch,
     scratch: &mut TraceScratch,
 ) {
+    if UNIT_TESTS {
+        unreachable!("{IN_UNIT_TESTS}");
+    }
     let (levels, count) = (&world.accelerator, Count(counter));
     match kernels.precision {
         Precision::Fast => by_structure::<Fast>(kernels.lanes, levels, count, batch, scratch),
@@ -196,16 +208,12 @@ fn dispatch(
 
 /// Lanes of single primitives in streams of nested worlds, at every requested width: streams
 /// test triangles ray by ray.
-#[cfg(not(test))]
 type Streamed = crate::math::lanes::Register;
-#[cfg(test)]
-type Streamed = f32;
 const STREAMED: usize = BEAM / <Streamed as Lanes>::COUNT;
 
-/// Whether a width is built. Unit tests trace at one lane only, since kernels take long to
-/// build; integration tests cover the others.
+/// Whether a width is built.
 const fn is_built(lanes: usize) -> bool {
-    !cfg!(test) && (ALL_LANES || lanes == native_width())
+    ALL_LANES || lanes == native_width()
 }
 
 /// Runs a batch at the requested width, or at one lane if that is not built.

@@ -13,7 +13,7 @@ fn render(folder: &Path, picture: &str, more: &[&str]) -> Output {
     command
         .current_dir(folder)
         .env("XDG_CACHE_HOME", folder.join("cache"));
-    command.args(["render", "a.toml", "--size", "32x18", "-o", picture]);
+    command.args(["render", "a.toml", "--size", "16x9", "-o", picture]);
     command.args(more).output().unwrap()
 }
 

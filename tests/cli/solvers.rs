@@ -42,7 +42,7 @@ fn rings(folder: &Path, more: &str) {
 
 /// The picture, after so many arguments more.
 fn rendered(folder: &Path, more: &[&str]) -> Vec<u8> {
-    let arguments = ["render", "a.toml", "-o", "a.png", "--size", "96x72"];
+    let arguments = ["render", "a.toml", "-o", "a.png", "--size", "64x48"];
     let output = lanecast(folder, &[&arguments, more].concat());
     assert!(output.status.success(), "{}", stderr(&output));
     let picture = image::open(folder.join("a.png")).unwrap().into_rgb8();

@@ -111,7 +111,7 @@ fn nothing_is_left_of_a_torus_without_itself() {
     for (turn, offset) in TURNS.into_iter().flat_map(|t| OFFSETS.map(|o| (t, o))) {
         for (kind, leaf) in tori.into_iter().enumerate() {
             let center = center(offset);
-            let rays = rays_about(&mut Random(kind as u64), center, 160);
+            let rays = rays_about(&mut Random(kind as u64), center, 80);
             let context = format!("{turn:?} {offset} {leaf:?}");
             for operator in [Difference, Xor] {
                 let asked = csg(operator, &[leaf, leaf], turn, center);

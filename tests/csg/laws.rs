@@ -120,7 +120,7 @@ fn check_laws(programs: usize, rays: usize, seed: u64) {
 
 #[test]
 fn the_laws_of_set_algebra_hold_for_random_programs() {
-    check_laws(20, 10, 1);
+    check_laws(12, 8, 1);
 }
 
 #[test]
@@ -232,7 +232,7 @@ fn bits(asked: &Asked, rays: &RayColumns, precision: Precision) -> Vec<(u64, Hit
 /// As another operand of the union, behind all others, and as another instance.
 #[test]
 fn a_disjoint_object_leaves_every_hit_as_it_is() {
-    for i in 0..campaign(40) as u64 {
+    for i in 0..campaign(20) as u64 {
         let random = &mut Random(i);
         let count = 1 + random.below(12);
         let program = Program::random(random, count, i % 2 == 1);
@@ -294,7 +294,7 @@ fn a_disjoint_object_leaves_every_hit_as_it_is() {
 
 #[test]
 fn scale_changes_no_bit_of_any_mantissa() {
-    for i in 0..campaign(40) as u64 {
+    for i in 0..campaign(20) as u64 {
         let random = &mut Random(300 + i);
         let count = 1 + random.below(12);
         let program = Program::random(random, count, i % 2 == 1);

@@ -13,7 +13,7 @@ use lanecast::{
     TracerOptions,
 };
 
-const SIDE: u32 = 48;
+const SIDE: u32 = 32;
 
 fn matte(color: [f32; 3]) -> Material {
     Material::metallic_roughness(color, 0.0, 1.0)

@@ -58,13 +58,13 @@ fn config() -> RenderConfig {
 #[test]
 fn the_number_of_samples_is_an_output() {
     let mut config = RenderConfig {
-        width: 192,
-        height: 144,
+        width: 96,
+        height: 72,
         ..config()
     };
     assert!(config.aovs.add("samples"));
     let plain = render(&ball_and_lamp(), &config);
-    assert_eq!(plain.samples, Some(vec![4; 192 * 144]));
+    assert_eq!(plain.samples, Some(vec![4; 96 * 72]));
     assert_eq!(plain.depth, None);
     config.adaptive = Some(Adaptive {
         noise: 0.05,

@@ -23,7 +23,7 @@ fn swept(names: &[&str], rays: usize) -> Report {
 /// holds at every value of every sweep. Nothing is NaN or infinite there.
 #[test]
 fn guarded_and_exact_are_right_wherever_they_promise_to_be() {
-    let report = swept(&[], 256);
+    let report = swept(&[], 96);
     let mut compared = 0;
     for (sweep, point, figures) in report.rows() {
         if figures.precision == "fast" || point.known_gap.is_some() {
@@ -37,7 +37,7 @@ fn guarded_and_exact_are_right_wherever_they_promise_to_be() {
         assert_eq!(figures.not_finite, 0, "{place}");
         compared += figures.rays;
     }
-    assert!(compared > 100_000, "{compared}");
+    assert!(compared > 40_000, "{compared}");
 }
 
 /// Where f32 cannot know better: the sweeps go as far as they say.

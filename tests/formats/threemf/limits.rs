@@ -1,6 +1,7 @@
 //! 3MF that is malformed, or asks for more than its size.
 
 use super::{CORE, cuboid, model, packed, read, refused};
+use crate::common::within_seconds;
 use std::fmt::Write as _;
 use std::io::{Cursor, Write as _};
 use std::time::{Duration, Instant};
@@ -127,7 +128,7 @@ fn nests_are_counted_and_not_followed() {
         !matches!(instances, Ok(None)),
         "more instances than can be counted"
     );
-    assert!(start.elapsed() < Duration::from_secs(10));
+    assert!(start.elapsed() < Duration::from_secs(60));
 }
 
 /// A package of one part, which begins with `head` and goes on with a thousand pieces, again and again.
@@ -183,13 +184,7 @@ fn bombs_are_refused_early() {
         ("_rels/.rels", "<Relationships>", " <!-- -->", 20_000, far),
     ] {
         let bytes = bomb(part, head, piece, thousands);
-        let start = Instant::now();
-        let said = refused(&bytes);
+        let said = within_seconds(60, || refused(&bytes));
         assert!(said.contains(part) && said.contains(says), "{said}");
-        assert!(
-            start.elapsed() < Duration::from_secs(10),
-            "{piece}: {:?}",
-            start.elapsed()
-        );
     }
 }

@@ -103,7 +103,7 @@ pub fn run(
     if scene.moves() {
         warn_of_end(&timeline, seconds);
     }
-    for (frame, path) in timeline.frames().zip(&paths) {
+    for ((number, frame), path) in (0..).zip(timeline.frames()).zip(&paths) {
         let first = stats.stages.len();
         let time = timeline.time(frame.into(), seconds);
         let of_scene = |source| LoadError::of_scene(&name, source);
@@ -139,7 +139,11 @@ pub fn run(
             ..config.clone()
         };
         let asked = args.shutter.shutter_slices;
-        let drawing = Drawing::start(&progress, args.common.progress.style);
+        let drawing = Drawing::start_part(
+            &progress,
+            args.common.progress.style,
+            (number, paths.len() as u32),
+        );
         let render = || -> Result<Rendered, CliError> {
             Ok(
                 match shutter::slices(&view, camera_row, config, asked, &name)? {

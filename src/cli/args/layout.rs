@@ -148,6 +148,7 @@ const EXAMPLES: [(&str, &[&str]); 13] = [
         &[
             "lanecast export bracket.toml --pov bracket.pov",
             "lanecast export room.toml --mitsuba room.xml",
+            "lanecast export job.toml --openjd job.openjd.yaml",
         ],
     ),
 ];

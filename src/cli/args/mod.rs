@@ -310,15 +310,20 @@ impl ConvertArgs {
 
 #[derive(Args)]
 pub struct ExportArgs {
-    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf
+    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf; with --openjd the
+    /// .toml or .json of a job
     pub scene: PathBuf,
     /// Write a scene description for POV-Ray 3.7; - is standard output
-    #[arg(long, value_name = "FILE", required_unless_present = "mitsuba", value_parser = Sink::parse)]
+    #[arg(long, value_name = "FILE", required_unless_present_any = ["mitsuba", "openjd"], value_parser = Sink::parse)]
     pub pov: Option<Sink>,
     /// Write a scene for Mitsuba 3: this XML file, and beside it meshes and maps whose names
     /// begin with the file's
     #[arg(long, value_name = "FILE", conflicts_with = "pov", value_parser = parse_page)]
     pub mitsuba: Option<PathBuf>,
+    /// Write a job of lanecast batch as a template of Open Job Description, .yaml, for a farm; - is
+    /// standard output
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["pov", "mitsuba", "size", "max_depth"], value_parser = Sink::parse)]
+    pub openjd: Option<Sink>,
     /// Size of Mitsuba's picture, as WIDTHxHEIGHT [default: 1280x720]
     #[arg(long, value_name = "WxH", conflicts_with = "pov", allow_hyphen_values = true, value_parser = parse_size)]
     pub size: Option<Size>,

@@ -117,6 +117,16 @@ impl Tasks {
         }
     }
 
+    /// Lists what the scenes are called in the job.
+    pub fn scenes(&self) -> impl Iterator<Item = &Path> {
+        self.scenes.iter().map(PathBuf::as_path)
+    }
+
+    /// Returns the number of tasks of each scene.
+    pub fn of_one_scene(&self) -> usize {
+        self.len() / self.scenes.len()
+    }
+
     /// Returns what a task's scene is called in the job.
     pub fn scene(&self, task: &Task) -> &Path {
         &self.scenes[task.scene]

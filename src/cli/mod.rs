@@ -42,6 +42,7 @@ mod scene;
 mod shutter;
 mod tev;
 mod thumbs;
+mod tile;
 mod tradeoff;
 mod verify;
 mod version;
@@ -86,7 +87,7 @@ enum Command {
     Batch(BatchArgs),
     /// Render a small picture of each scene file below folders, and a page of all
     Thumbs(ThumbsArgs),
-    /// Add parts of a picture up, which render --samples wrote
+    /// Join parts of a picture, which render --samples or --tile wrote
     Merge(MergeArgs),
     /// Compare two pictures, channel by channel
     Compare(CompareArgs),

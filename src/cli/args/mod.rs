@@ -18,6 +18,7 @@ mod page;
 mod sequence;
 mod shutter;
 mod thumbs;
+mod tile;
 mod tradeoff;
 mod values;
 mod view;
@@ -32,6 +33,7 @@ pub use light::{has_lens, needed_integrator};
 pub use page::OWN_OPTIONS;
 pub use page::PageArgs;
 pub use thumbs::ThumbsArgs;
+pub use tile::{TileChoice, TileGrid};
 pub use tradeoff::{Accuracy, TradeoffArgs};
 pub use values::Size;
 pub use view::ViewArgs;
@@ -64,8 +66,8 @@ use values::{
 pub struct RenderArgs {
     /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf; without it, the built-in scene
     pub scene: Option<PathBuf>,
-    /// .png, .jpg, .hdr or .exr; with --samples .sums [default: the scene's name with .png or
-    /// .sums, in the current folder]
+    /// .png, .jpg, .hdr or .exr; with --samples .sums, with --tile .tile [default: the scene's name
+    /// with .png, .sums or .tile, in the current folder]
     #[arg(short, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Choose the options of the fastest way that keeps bounds: within:rmse=X, flip=X, wrong-pixels=N,
@@ -108,7 +110,8 @@ pub struct RenderArgs {
 
 #[derive(Args)]
 pub struct MergeArgs {
-    /// .sums files of one picture, whose samples are all from 0 on, in any order
+    /// .sums files of one picture, whose samples are all from 0 on, or all of its .tile files, in any
+    /// order
     #[arg(required = true, value_name = "PART")]
     pub parts: Vec<PathBuf>,
     /// .png, .jpg, .hdr or .exr

@@ -7,6 +7,7 @@
 mod alone;
 mod end;
 mod job;
+mod join;
 mod key;
 mod openjd;
 mod options;
@@ -163,6 +164,8 @@ fn json_line(tasks: &Tasks, task: &Task) -> String {
         "camera": tasks.camera(task),
         "variant": tasks.variant(task),
         "frame": task.frame,
+        "tile": task.tile.map(|tile| tile.number),
+        "picture": task.picture.to_string_lossy(),
         "settings": key::settings(tasks, task),
         "command": command.collect::<Vec<_>>(),
     });

@@ -4,9 +4,9 @@
 
 use super::alone;
 use super::end::{End, panicked};
-use super::key::{Hashes, file_hash, settings};
+use super::key::{Hashes, settings};
 use super::picture;
-use super::records::{Failure, Known, Output, Record, Standing, Status, Writer};
+use super::records::{Failure, Known, Record, Standing, Status, Writer, outputs_of};
 use super::shelf::Shelf;
 use super::tasks::{Task, Tasks};
 use crate::cli::args::{BatchArgs, RenderArgs};
@@ -206,12 +206,8 @@ impl<'r> Run<'r> {
                 if newest.is_none() {
                     newest = Some(Known::read(self.out)?);
                 }
-                if !newest.as_ref().is_some_and(|newest| newest.names(&file)) {
-                    return Err(CliError::Usage(format!(
-                        "{} exists, and no record says that it is of this job; move it away, or \
-                         give another folder with --out",
-                        path.display()
-                    )));
+                if let Some(newest) = &newest {
+                    newest.check_is_ours(self.out, &file)?;
                 }
             }
         }
@@ -290,19 +286,7 @@ impl Work<'_> {
             create_folder(output.parent().unwrap_or(out))?;
             let made = picture::rendered(&args, &output, loaded, (pool, progress), (watch, stats))?;
             made.place().map_err(CliError::from)?;
-            let of_file = |file: &PathBuf| {
-                let path = out.join(file);
-                let unread = |source| SaveError::Write {
-                    path: path.clone(),
-                    source,
-                };
-                Ok(Output {
-                    path: file.clone(),
-                    bytes: path.metadata().map_err(unread)?.len(),
-                    hash: file_hash(&path).map_err(unread)?,
-                })
-            };
-            let outputs: Result<Vec<Output>, CliError> = files.iter().map(of_file).collect();
+            let outputs = outputs_of(out, &files);
             stats.stages.push(watch.stage("write"));
             Ok(outputs?)
         });

@@ -311,6 +311,28 @@ impl ConvertArgs {
     }
 }
 
+/// Options of `export` that jobs have in themselves, or have no use for.
+const OF_SCENES: [&str; 18] = [
+    "pov",
+    "mitsuba",
+    "size",
+    "max_depth",
+    "camera",
+    "view",
+    "orbit",
+    "fit",
+    "eye",
+    "look_at",
+    "up",
+    "fov_y",
+    "orthographic",
+    "allow_outside",
+    "point_radius",
+    "scad_curves",
+    "clip",
+    "hatch",
+];
+
 #[derive(Args)]
 pub struct ExportArgs {
     /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf; with --openjd the
@@ -325,7 +347,7 @@ pub struct ExportArgs {
     pub mitsuba: Option<PathBuf>,
     /// Write a job of lanecast batch as a template of Open Job Description, .yaml, for a farm; - is
     /// standard output
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["pov", "mitsuba", "size", "max_depth"], value_parser = Sink::parse)]
+    #[arg(long, value_name = "FILE", conflicts_with_all = OF_SCENES, value_parser = Sink::parse)]
     pub openjd: Option<Sink>,
     /// Size of Mitsuba's picture, as WIDTHxHEIGHT [default: 1280x720]
     #[arg(long, value_name = "WxH", conflicts_with = "pov", allow_hyphen_values = true, value_parser = parse_size)]

@@ -30,7 +30,7 @@ pub struct OutputArgs {
     pub metadata: Told,
     /// Render only the I-th tile of a grid of columns and rows, from 0, row by row, such as 5/4x4, or
     /// of a number of rows; lanecast merge joins all tiles to the bits of the whole
-    #[arg(long, value_name = "I/CxR", value_parser = TileChoice::parse, conflicts_with_all = ["samples", "noise", "cache", "denoise", "display"])]
+    #[arg(long, value_name = "I/CxR", value_parser = TileChoice::parse, conflicts_with_all = ["accuracy", "samples", "noise", "cache", "denoise", "display"])]
     pub tile: Option<TileChoice>,
     /// Write the picture without noise, too, as NAME.denoised beside it: of paths, by Open Image
     /// Denoise, with --features denoise of the program

@@ -93,6 +93,11 @@ impl Hashes {
         files.into_iter().collect()
     }
 
+    /// Returns the hash of a file, if it can be read.
+    pub fn of_file(&self, file: &Path) -> Option<String> {
+        self.again(&relative(&real(file), &self.folder)).hash
+    }
+
     /// Returns what is at the place of an input now.
     pub fn again(&self, path: &Path) -> Input {
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);

@@ -24,6 +24,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// A scene that was loaded, and the worlds over it.
 pub struct Loaded {
     pub scene: Scene,
+    /// What was left out.
+    pub warning: Option<String>,
     worlds: Mutex<Vec<Kept>>,
 }
 
@@ -35,11 +37,23 @@ struct Kept {
 }
 
 impl Loaded {
-    pub fn new(scene: Scene) -> Loaded {
+    pub fn new(scene: Scene, warning: Option<String>) -> Loaded {
         Loaded {
             scene,
+            warning,
             worlds: Mutex::default(),
         }
+    }
+
+    /// Returns the bytes of the scene's tables and trees. Worlds share the largest of them, trees of
+    /// meshes; of what each has of its own the first is counted. Trees that are being built are none yet.
+    pub fn bytes(&self) -> u64 {
+        let worlds = self.worlds.try_lock().ok();
+        let first = worlds.as_ref().and_then(|worlds| worlds.first());
+        let trees = first.map(|kept| kept.world.bytes());
+        let tables = self.scene.bytes().into_iter();
+        let all = tables.chain(trees.into_iter().flatten());
+        all.map(|(_, bytes)| bytes as u64).sum()
     }
 
     /// Returns the world of a task at a time, and whether it is the scene's first, which is built

@@ -1,6 +1,7 @@
 //! Does the tasks of a job: one a thread where they are many and small, else each on all threads.
 //!
-//! Memory holds as many scenes as there are threads, however many tasks there are (`shelf.rs`).
+//! Memory holds as many scenes as there are threads, however many tasks there are, or those that
+//! `--memory` has room for (`shelf.rs`).
 
 use super::alone;
 use super::end::{End, panicked};
@@ -179,7 +180,7 @@ impl<'r> Run<'r> {
             run: self,
             todo,
             next: AtomicUsize::new(0),
-            shelf: Shelf::of(self.tasks, todo),
+            shelf: Shelf::of(self.tasks, todo, self.args.memory),
             writer: Mutex::new(Writer::create(self.out)?),
             threads: if is_split { 1 } else { threads as u32 },
             pool,
@@ -265,7 +266,7 @@ impl Work<'_> {
         } = self.run;
         let settings = settings(tasks, task);
         let output = out.join(&task.output);
-        let slot = self.shelf.slot(tasks, task);
+        let slot = self.shelf.slot(tasks, task, self.progress);
         let args = self.run.render_args(task, parser);
         let files = args
             .as_ref()
@@ -277,7 +278,8 @@ impl Work<'_> {
         let (mut watch, mut stats) = (Watch::start(), Stats::default());
         let attempt = AssertUnwindSafe(|| {
             let args = args?;
-            let loaded = self.shelf.loaded(&slot, (tasks, task), &args);
+            let with = (&args, self.run.hashes);
+            let loaded = self.shelf.loaded(&slot, (tasks, task), with);
             stats.stages.push(watch.stage("load"));
             let loaded = loaded?;
             let args = with_threads(args, self.threads);

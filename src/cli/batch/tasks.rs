@@ -23,6 +23,8 @@ pub struct Tasks {
     frames: Vec<Option<u32>>,
     tiles: Option<TileGrid>,
     template: Template,
+    /// By variant: the first variant that loads scenes alike.
+    loads: Vec<usize>,
     /// `lanecast render`, which parses the options of tasks.
     render: Command,
 }
@@ -79,7 +81,8 @@ impl Tasks {
                  of it"
             )));
         }
-        let tasks = Tasks {
+        let mut tasks = Tasks {
+            loads: Vec::new(),
             folder: path.parent().unwrap_or(Path::new("")).into(),
             scenes,
             variants,
@@ -89,7 +92,7 @@ impl Tasks {
             template,
             render,
         };
-        tasks.check(path)?;
+        tasks.loads = tasks.check(path)?;
         Ok(tasks)
     }
 
@@ -174,7 +177,7 @@ impl Tasks {
 
     /// Returns a number that tasks share which load their scene alike.
     pub fn loading(&self, task: &Task) -> usize {
-        task.scene * self.variants.len() + task.variant
+        task.scene * self.variants.len() + self.loads[task.variant]
     }
 
     /// Returns the options of a task, without its scene and output.
@@ -212,8 +215,8 @@ impl Tasks {
     }
 
     /// Checks all options, once for each row that brings some, and that pictures have names of
-    /// their own inside of the folder.
-    fn check(&self, path: &Path) -> Result<(), CliError> {
+    /// their own inside of the folder. Returns, for each variant, the first that loads scenes alike.
+    fn check(&self, path: &Path) -> Result<Vec<usize>, CliError> {
         let failed = |why: String| CliError::Input(format!("{}: {why}", path.display()));
         let row = |variant: usize, view: usize| {
             let picture = (variant * self.views.len() + view) * self.frames.len();
@@ -222,6 +225,7 @@ impl Tasks {
         let of_variants = (0..self.variants.len()).map(|variant| row(variant, 0));
         let of_views = (0..self.views.len()).map(|view| row(0, view));
         let mut render = self.parser();
+        let mut options: Vec<String> = Vec::new();
         for number in of_variants.chain(of_views) {
             let task = self.task(number);
             let of = match self.variant(&task) {
@@ -233,6 +237,9 @@ impl Tasks {
                 .render_args(&task, Path::new(""), &mut render)
                 .map_err(wrong)?;
             super::picture::check(&args, &task.picture).map_err(|e| wrong(e.to_string()))?;
+            if options.len() < self.variants.len() {
+                options.push(format!("{:?}", args.load_options(Vec::new())));
+            }
         }
         let mut first: HashMap<PathBuf, u32> = HashMap::new();
         for number in 0..self.len() as u32 {
@@ -253,7 +260,8 @@ impl Tasks {
                 return Err(failed(self.same(other, number)));
             }
         }
-        Ok(())
+        let first = |own: &String| options.iter().position(|other| other == own);
+        Ok(options.iter().filter_map(first).collect())
     }
 
     /// Says what tells two tasks apart that would write the same picture.

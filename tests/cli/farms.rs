@@ -6,13 +6,15 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-/// A folder with two scenes of equal bytes, and a job of twelve pictures.
+/// A folder with two scenes of equal bytes and another one, and a job of eighteen pictures.
 fn job() -> tempfile::TempDir {
     let folder = folder();
     fs::create_dir(folder.path().join("s")).unwrap();
     for name in ["s/a.toml", "s/b.toml"] {
         fs::write(folder.path().join(name), BALL).unwrap();
     }
+    let small = BALL.replace("radius = 1", "radius = 0.5");
+    fs::write(folder.path().join("s/c.toml"), small).unwrap();
     let job = "format = 1\nscene = \"s/*.toml\"\norbit = { views = 3 }\n\
                variant = [{ name = \"one\", spp = 1 }, { name = \"two\", spp = 2 }]\n\
                [render]\nsize = \"40x36\"\n";
@@ -83,7 +85,7 @@ fn a_job_is_a_template_of_open_job_description() {
         "name: \"job\"",
         "    default: \".\"",
         "    default: \"job.toml\"",
-        "    default: \"0-11\"",
+        "    default: \"0-17\"",
         "          type: CHUNK[INT]",
         "      - dependsOn: Render",
         "            mode: NOTIFY_THEN_TERMINATE",
@@ -145,9 +147,14 @@ fn memory_changes_no_bit() {
         let all: Vec<_> = all
             .map(|n| (fs::read(path.join(folder).join(&n)).unwrap(), n))
             .collect();
-        assert_eq!(all.len(), 12);
+        assert_eq!(all.len(), 18);
         all
     };
+    // A process for each scene shares nothing.
+    for tasks in ["0-5", "6-11", "12-17"] {
+        let done = run(path, &format!("batch job.toml --out apart --tasks {tasks}"));
+        assert!(done.status.success(), "{}", stderr(&done));
+    }
     for (out, more) in [
         ("plain", ""),
         ("wide", "--memory 1G"),
@@ -158,11 +165,13 @@ fn memory_changes_no_bit() {
         // Scenes by turns, of which with little room each goes before it is needed again.
         let turns = run(
             path,
-            &format!("batch job.toml --out {out}2 {more} --tasks 0,6,1,7,2,8,3-5,9-11"),
+            &format!(
+                "batch job.toml --out {out}2 {more} --tasks 0,6,12,1,7,13,2,8,14,3-5,9-11,15-17"
+            ),
         );
         assert!(turns.status.success(), "{}", stderr(&turns));
         assert!(
-            pictures(out) == pictures("plain") && pictures(&format!("{out}2")) == pictures("plain")
+            pictures(out) == pictures("apart") && pictures(&format!("{out}2")) == pictures("apart")
         );
     }
     let wrong = run(path, "batch job.toml --out o --memory lots");

@@ -1,15 +1,19 @@
-//! `lanecast export`: writes a scene for other programs.
+//! `lanecast export`: writes a scene for other programs, or a job for a farm.
 
 use super::args::{ExportArgs, RENDER_SIZE};
 use super::error::CliError;
 use super::output::{Results, Sink, check_destinations, complain, print, printable_line};
-use super::{interrupt, scene};
+use super::{batch, interrupt, scene};
 use crate::io::{LoadError, MitsubaPicture, mitsuba_scene, pov_text, pov_warning};
 use crate::scene::{Camera, Instances, Lighting, Scene};
 use std::path::{Path, PathBuf};
 
-pub fn run(args: &ExportArgs) -> Result<(), CliError> {
+/// Exports a scene or a job; `render` is the definition of `lanecast render`.
+pub fn run(args: &ExportArgs, render: clap::Command) -> Result<(), CliError> {
     interrupt::end_at_signal();
+    if let Some(sink) = &args.openjd {
+        return batch::export(&args.scene, sink, render);
+    }
     let files: Vec<PathBuf> = args.mitsuba.iter().cloned().collect();
     let outputs = check_destinations(&[&args.scene], &files, args.pov.iter())?;
     let scene = scene::load(&args.scene, &args.load_options(outputs))?;

@@ -17,6 +17,7 @@ use std::fmt::Write;
 pub fn run(args: &ExtremesArgs) -> Result<(), CliError> {
     let files: Vec<_> = args.plot.iter().cloned().collect();
     check_destinations(&[], &files, args.json.iter())?;
+    args.progress.check(args.json.iter())?;
     let options = ExtremesOptions {
         rays: args.rays as usize,
         seed: args.seed,

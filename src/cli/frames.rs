@@ -12,13 +12,16 @@ use super::error::CliError;
 use super::output::{Results, check_destinations, complain, printable_line, with_name_end};
 use super::pipeline::{Prepared, complete, load, named, of_camera, structure, warn_of_losses};
 use super::progress::{Drawing, rate};
+use super::render::files;
 use super::scene::{pick_camera, viewed};
-use super::{ground, interrupt, metadata, motion, shutter};
+use super::{ground, interrupt, metadata, motion, shutter, tile};
 use crate::accel::{KeptTrees, RefitOutcome, WORST_REFIT, World};
-use crate::io::{AovSet, Development, LoadError, picture_files};
+use crate::io::{Development, LoadError};
 use crate::measure::{FrameStats, Stats, Watch};
 use crate::plan::places_meshes;
-use crate::render::{FrameMemory, RenderConfig, Rendered, View, render_after, render_blurred};
+use crate::render::{
+    FrameMemory, RenderConfig, Rendered, View, render_after, render_blurred, window_key,
+};
 use crate::scene::{Instances, Scene, Timeline};
 use crate::trace::Reuse;
 use std::path::{Path, PathBuf};
@@ -57,6 +60,7 @@ pub fn run(
         shutter: exposure(&loaded, timeline.time(timeline.first.into(), seconds))?,
         ..of_camera(config, &loaded, args.common.size)?
     };
+    let config = tile::windowed(args.outputs.tile, config)?;
     let config = args.light.complete(config, &loaded)?;
     let config = args.outputs.complete(config)?;
     if args.light.ground && loaded.moves() {
@@ -103,7 +107,7 @@ pub fn run(
     if scene.moves() {
         warn_of_end(&timeline, seconds);
     }
-    for (frame, path) in timeline.frames().zip(&paths) {
+    for ((number, frame), path) in (0..).zip(timeline.frames()).zip(&paths) {
         let first = stats.stages.len();
         let time = timeline.time(frame.into(), seconds);
         let of_scene = |source| LoadError::of_scene(&name, source);
@@ -139,7 +143,11 @@ pub fn run(
             ..config.clone()
         };
         let asked = args.shutter.shutter_slices;
-        let drawing = Drawing::start(&progress, args.common.progress.style);
+        let drawing = Drawing::start_part(
+            &progress,
+            args.common.progress.style,
+            (number, paths.len() as u32),
+        );
         let render = || -> Result<Rendered, CliError> {
             Ok(
                 match shutter::slices(&view, camera_row, config, asked, &name)? {
@@ -173,7 +181,7 @@ pub fn run(
         };
         shown.add_vectors(&mut rendered.picture, &of_asked, &name)?;
         rendered.picture.metadata = metadata::of(
-            args.outputs.metadata,
+            tile::told(args.outputs.metadata, &of_asked),
             (&of_asked, &view.camera, scene_path),
             (
                 &rendered.picture,
@@ -189,9 +197,9 @@ pub fn run(
             let path = denoise::beside(path);
             filtered.save_into(&path, development, &mut results.outputs)?;
         }
-        rendered
-            .picture
-            .save_into(path, development, &mut results.outputs)?;
+        let key = config.window.map(|_| window_key(&view, config));
+        let (picture, of) = (rendered.picture, (config, development));
+        tile::save(picture, path, of, key, &mut results.outputs)?;
         stats.stages.push(watch.stage("write"));
         stats.frames.push(FrameStats {
             frame,
@@ -229,11 +237,6 @@ fn warn_of_end(timeline: &Timeline, seconds: f64) {
             "warning: the motion takes {seconds} seconds, and from frame {first} on nothing moves"
         ));
     }
-}
-
-fn files(path: &Path, aovs: AovSet) -> Result<Vec<PathBuf>, CliError> {
-    let files = picture_files(path, aovs.any()).map_err(|e| CliError::Usage(e.to_string()))?;
-    Ok(files.into_iter().map(|(path, _)| path).collect())
 }
 
 /// Inserts the frame's number: `name.png` becomes `name_0007.png`.

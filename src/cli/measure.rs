@@ -99,6 +99,7 @@ impl Row {
 }
 
 pub fn run(args: &MeasureArgs) -> Result<(), CliError> {
+    args.progress.check(args.json.iter())?;
     let outputs = check_destinations(&[&args.scene], &[], args.json.iter())?;
     let limit = args.time_limit.map(Duration::from_secs_f64);
     let goal = Goal {

@@ -42,7 +42,7 @@ fn compare(config: &RenderConfig, bits: Bits, path: &Path, free: u64) -> Result<
     let megabytes = |bytes: u64| bytes.div_ceil(1_000_000);
     Err(CliError::Memory(format!(
         "a picture of {}x{} with what --aov asks for needs {} MB of memory, and {} MB are free; ask \
-         for {fewer}a smaller --size, or render parts with cameras of their own",
+         for {fewer}a smaller --size, or render tiles of it with --tile",
         config.width,
         config.height,
         megabytes(needed),
@@ -53,7 +53,8 @@ fn compare(config: &RenderConfig, bits: Bits, path: &Path, free: u64) -> Result<
 /// Returns the bytes of a picture, and of its largest file while it is written: OpenEXR
 /// takes a copy of its channels and the encoded file, PNG the samples of a pixel twice.
 fn needed(config: &RenderConfig, bits: Bits, path: &Path) -> u64 {
-    let columns = |aovs| picture_bytes(config.width, config.height, aovs, config.matte_ranks);
+    let window = config.window();
+    let columns = |aovs| picture_bytes(window.width, window.height, aovs, config.matte_ranks);
     let (mut all, mut color) = (columns(config.aovs), columns(AovSet::default()));
     if config.backdrop == Backdrop::Transparent {
         // A column of alpha, beside three of colour.

@@ -1,10 +1,11 @@
-//! `lanecast merge`: adds parts of a picture up, which `render --samples` wrote.
+//! `lanecast merge`: adds parts of a picture up, which `render --samples` wrote, or joins its tiles.
 
 use super::args::MergeArgs;
 use super::error::CliError;
 use super::interrupt;
 use super::output::{Results, check_destinations, printable_line};
 use super::render::check_alpha;
+use super::tile;
 use crate::io::{LoadError, Part, PartHeader, picture_files};
 use crate::render::Merge;
 use std::path::{Path, PathBuf};
@@ -19,6 +20,28 @@ pub fn run(args: &MergeArgs) -> Result<(), CliError> {
     let inputs: Vec<&Path> = args.parts.iter().map(PathBuf::as_path).collect();
     check_destinations(&inputs, &files, std::iter::empty())?;
     let progress = interrupt::watch();
+    if inputs.iter().all(|path| tile::is_tile(path)) {
+        let (picture, of_tiles) = tile::joined(&inputs, &progress)?;
+        check_alpha(picture.alpha.is_some(), &args.output)?;
+        let files = picture_files(&args.output, picture.has_aovs());
+        let files = files.map_err(|e| CliError::Usage(e.to_string()))?;
+        let files: Vec<PathBuf> = files.into_iter().map(|(path, _)| path).collect();
+        check_destinations(&inputs, &files, std::iter::empty())?;
+        let mut results = Results::default();
+        let development = args.development.over(of_tiles);
+        picture.save_into(&args.output, &development, &mut results.outputs)?;
+        interrupt::check(&progress)?;
+        let names = files
+            .iter()
+            .map(|file| printable_line(&file.display().to_string()));
+        return results.commit(&format!(
+            "{}: {}x{} of {} tiles\n",
+            names.collect::<Vec<_>>().join(", "),
+            picture.width,
+            picture.height,
+            inputs.len()
+        ));
+    }
     let mut parts = Vec::new();
     for path in inputs {
         parts.push((PartHeader::load(path)?, path));

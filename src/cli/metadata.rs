@@ -23,9 +23,10 @@ pub enum Told {
 
 /// Refuses metadata where no file can hold it.
 pub fn check(args: &RenderArgs, path: &Path, aovs: AovSet) -> Result<(), CliError> {
+    // A tile keeps what the file that it becomes a part of may hold.
     let is_exr = path
         .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+        .is_some_and(|e| e.eq_ignore_ascii_case("exr") || e.eq_ignore_ascii_case("tile"));
     match args.outputs.metadata {
         Told::Fixed | Told::All if !is_exr && !aovs.any() => Err(CliError::Usage(
             "--metadata is for OpenEXR files; leave it out, or name a .exr".into(),
@@ -83,11 +84,9 @@ pub fn of(
     if let Some(mean) = mean_samples {
         all.push(("meanSamplesPerPixel", Attribute::Float(mean as f32)));
     }
-    if let Some(variance) = &picture.variance {
-        let sum: f64 = variance.iter().flatten().map(|v| f64::from(*v)).sum();
-        let mse = sum / (3 * variance.len()).max(1) as f64;
-        all.push(("MSE", Attribute::Float(mse as f32)));
-        all.push(("noise", Attribute::Float(mse.sqrt() as f32)));
+    if let Some([mse, noise]) = errors(picture) {
+        all.push(("MSE", Attribute::Float(mse)));
+        all.push(("noise", Attribute::Float(noise)));
     }
     if told == Told::All {
         let seconds = stats.seconds("render");
@@ -98,6 +97,36 @@ pub fn of(
     named
         .map(|(name, value)| (name.to_string(), value))
         .collect()
+}
+
+/// Returns the mean squared error that a picture's variance tells, and its root.
+fn errors(picture: &Picture) -> Option<[f32; 2]> {
+    let variance = picture.variance.as_ref()?;
+    let sum: f64 = variance.iter().flatten().map(|v| f64::from(*v)).sum();
+    let mse = sum / (3 * variance.len()).max(1) as f64;
+    Some([mse as f32, mse.sqrt() as f32])
+}
+
+/// Returns the number of rays that is told of a picture.
+pub fn rays(metadata: &Metadata) -> f64 {
+    let rays = metadata.iter().find_map(|(name, value)| match value {
+        Attribute::Double(rays) if name == "rays" => Some(*rays),
+        _ => None,
+    });
+    rays.unwrap_or(0.0)
+}
+
+/// Completes what the first tile of a picture tells of it by what all tiles do.
+pub fn complete(picture: &mut Picture, rays: f64) {
+    let errors = errors(picture);
+    for (name, value) in &mut picture.metadata {
+        match (&name[..], errors) {
+            ("rays", _) => *value = Attribute::Double(rays),
+            ("MSE", Some([mse, _])) => *value = Attribute::Float(mse),
+            ("noise", Some([_, noise])) => *value = Attribute::Float(noise),
+            _ => {}
+        }
+    }
 }
 
 /// Names an integrator.

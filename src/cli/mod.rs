@@ -19,6 +19,7 @@ mod denoise;
 mod error;
 mod export;
 mod extremes;
+mod farm;
 mod frames;
 mod ground;
 mod interrupt;
@@ -41,6 +42,7 @@ mod scene;
 mod shutter;
 mod tev;
 mod thumbs;
+mod tile;
 mod tradeoff;
 mod verify;
 mod version;
@@ -56,6 +58,7 @@ use args::{
 };
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use error::CliError;
+use progress::Style;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
@@ -84,7 +87,7 @@ enum Command {
     Batch(BatchArgs),
     /// Render a small picture of each scene file below folders, and a page of all
     Thumbs(ThumbsArgs),
-    /// Add parts of a picture up, which render --samples wrote
+    /// Join parts of a picture, which render --samples or --tile wrote
     Merge(MergeArgs),
     /// Compare two pictures, channel by channel
     Compare(CompareArgs),
@@ -104,7 +107,7 @@ enum Command {
     Measure(MeasureArgs),
     /// Write a scene in the native format, to go on from there
     Convert(ConvertArgs),
-    /// Write a scene for other programs
+    /// Write a scene for other programs, or a job for a farm
     Export(ExportArgs),
     /// Find the real roots of a polynomial, with any solver
     Roots(RootsArgs),
@@ -129,6 +132,16 @@ impl Command {
                 | Command::Completions(_)
                 | Command::Man(_)
         )
+    }
+
+    /// How the commands of farms show how far they are.
+    fn progress(&self) -> Style {
+        match self {
+            Command::Render(args) => args.common.progress.style,
+            Command::Batch(args) => args.progress.style,
+            Command::Thumbs(args) => args.progress.style,
+            _ => Style::None,
+        }
     }
 }
 
@@ -156,7 +169,8 @@ fn run() -> ExitCode {
     if cli.command.traces() {
         isa::warn_of_slow_build();
     }
-    ended(match &cli.command {
+    let style = cli.command.progress();
+    let done = match &cli.command {
         Command::Render(args) => rendered(args),
         Command::View(args) => view::run(args),
         Command::Batch(args) => batch::run(args, render_command()),
@@ -171,12 +185,16 @@ fn run() -> ExitCode {
         Command::Probe(args) => probe::run(args),
         Command::Measure(args) => measure::run(args),
         Command::Convert(args) => convert::run(args),
-        Command::Export(args) => export::run(args),
+        Command::Export(args) => export::run(args, render_command()),
         Command::Roots(args) => roots::run(args),
         Command::Version(args) => version::run(args),
         Command::Completions(args) => manual::completions(args, command()),
         Command::Man(args) => manual::man(args, command()),
-    })
+    };
+    if let Err(error) = &done {
+        style.tell_failure(&error.to_string());
+    }
+    ended(done)
 }
 
 /// Renders a picture, by the options that its accuracy asks for.

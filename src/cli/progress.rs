@@ -1,10 +1,11 @@
 //! Progress on standard error: rays per second and the time left, as a bar for people or as JSON
-//! for programs.
+//! for programs; and on standard output for farms (`farm.rs`).
 //!
 //! The time left is what the tiles that are done took, for those that are not. Tiles are rendered
 //! in an order that spreads them over the picture (`render/tile.rs`), so that a tenth of them is a
 //! fair sample of all.
 
+use super::farm::{Engine, FarmLines};
 use crate::render::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
@@ -25,6 +26,8 @@ pub enum Style {
     Bar,
     /// A line of JSON about every half second, and one at the end of each stage.
     Json,
+    /// Lines on standard output as a farm's engine reads them.
+    Farm(Engine),
     None,
 }
 
@@ -34,8 +37,17 @@ impl Style {
             "auto" => Ok(Style::Auto),
             "bar" => Ok(Style::Bar),
             "json" => Ok(Style::Json),
+            "openjd" => Ok(Style::Farm(Engine::OpenJd)),
+            "afanasy" => Ok(Style::Farm(Engine::Afanasy)),
             "none" => Ok(Style::None),
-            _ => Err("expected auto, bar, json or none".into()),
+            _ => Err("expected auto, bar, json, openjd, afanasy or none".into()),
+        }
+    }
+
+    /// Says a failure as a farm's engine reads it, if one does.
+    pub fn tell_failure(self, message: &str) {
+        if let Style::Farm(engine) = self {
+            engine.tell_failure(message);
         }
     }
 }
@@ -47,6 +59,11 @@ pub struct Drawing {
 
 impl Drawing {
     pub fn start(progress: &Arc<Progress>, style: Style) -> Drawing {
+        Drawing::start_part(progress, style, (0, 1))
+    }
+
+    /// Starts with a stage that is the I-th of N alike.
+    pub fn start_part(progress: &Arc<Progress>, style: Style, part: (u32, u32)) -> Drawing {
         let running = Painter::of(style).map(|mut painter| {
             let (stop, stopped) = channel();
             let progress = Arc::clone(progress);
@@ -55,9 +72,9 @@ impl Drawing {
                 let pause = Duration::from_millis(100);
                 // Nothing is ever sent: dropping the sender is the signal.
                 while stopped.recv_timeout(pause) == Err(RecvTimeoutError::Timeout) {
-                    painter.show(&State::of(&progress, start.elapsed()));
+                    painter.show(&State::of(&progress, start.elapsed(), part));
                 }
-                painter.end(&State::of(&progress, start.elapsed()));
+                painter.end(&State::of(&progress, start.elapsed(), part));
             });
             (stop, thread)
         });
@@ -87,10 +104,13 @@ struct State {
     eta: Option<f64>,
     #[serde(skip)]
     stopping: bool,
+    /// The stage is the I-th of N alike.
+    #[serde(skip)]
+    part: (u32, u32),
 }
 
 impl State {
-    fn of(progress: &Progress, elapsed: Duration) -> State {
+    fn of(progress: &Progress, elapsed: Duration, part: (u32, u32)) -> State {
         let (done, total) = (
             progress.tiles_done.load(Relaxed),
             progress.tiles.load(Relaxed),
@@ -106,7 +126,25 @@ impl State {
             seconds,
             eta: seconds_left(done, total, seconds),
             stopping: progress.is_cancelled(),
+            part,
         }
+    }
+
+    /// Returns how much of all stages alike is done, from 0 to 100.
+    fn percent(&self) -> f64 {
+        let stage = f64::from(self.done) / f64::from(self.total.max(1));
+        (f64::from(self.part.0) + stage) / f64::from(self.part.1.max(1)) * 100.0
+    }
+
+    /// Says how far the stage is in words.
+    fn told(&self) -> String {
+        let left = self.eta.map(|eta| format!(", {} left", clock(eta)));
+        let parts = match self.part {
+            (_, 1) => String::new(),
+            (part, parts) => format!("{} of {parts}: ", part + 1),
+        };
+        let (done, total, left) = (self.done, self.total, left.unwrap_or_default());
+        format!("{parts}{done} of {total}, {}{left}", self.rate())
     }
 
     fn rate(&self) -> String {
@@ -126,6 +164,7 @@ enum Painter {
     Lines(u32),
     /// The time of the last line, in seconds.
     Json(f64),
+    Farm(FarmLines),
 }
 
 impl Painter {
@@ -135,6 +174,7 @@ impl Painter {
             Style::Auto | Style::Bar if terminal => Some(Painter::Bar(bar())),
             Style::Bar => Some(Painter::Lines(0)),
             Style::Json => Some(Painter::Json(f64::NEG_INFINITY)),
+            Style::Farm(engine) => Some(Painter::Farm(FarmLines::of(engine))),
             Style::Auto | Style::None => None,
         }
     }
@@ -160,6 +200,7 @@ impl Painter {
                 print_json(state);
             }
             Painter::Json(_) => {}
+            Painter::Farm(lines) => lines.show(state.seconds, state.percent(), || state.told()),
         }
     }
 
@@ -167,7 +208,10 @@ impl Painter {
         match self {
             Painter::Bar(bar) => bar.finish_and_clear(),
             Painter::Json(_) if state.total > 0 => print_json(state),
-            Painter::Lines(_) | Painter::Json(_) => {}
+            Painter::Farm(mut lines) if state.total > 0 => {
+                lines.show(f64::INFINITY, state.percent(), || state.told());
+            }
+            Painter::Lines(_) | Painter::Json(_) | Painter::Farm(_) => {}
         }
     }
 }

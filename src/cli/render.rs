@@ -8,12 +8,12 @@ use super::pipeline::{complete, load, named, of_camera, warn_of_losses};
 use super::progress::rate;
 use super::scene::{pick_camera, viewed};
 use super::tev::Display;
-use super::{frames, ground, interrupt, memory, metadata, motion, part, shutter};
-use crate::io::{LoadError, picture_files};
+use super::{frames, ground, interrupt, memory, metadata, motion, part, shutter, tile};
+use crate::io::{AovSet, LoadError, picture_files};
 use crate::measure::{PictureSize, Stats, Watch};
 use crate::render::{
     Backdrop, FinishedTile, Integrator, Reached, RenderConfig, Rendered, View, legend,
-    render_blurred, render_showing,
+    render_blurred, render_showing, window_key,
 };
 use crate::scene::Scene;
 use std::path::{Path, PathBuf};
@@ -34,18 +34,15 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     if let Some(samples) = &args.light.samples {
         return part::run(args, config, &picture_path, samples.0.clone(), stats);
     }
+    tile::check(args, &picture_path)?;
+    let config = tile::foreseen(args, config)?;
     memory::check(&config, development.bits, &picture_path)?;
     metadata::check(args, &picture_path, config.aovs)?;
     check_alpha(config.backdrop == Backdrop::Transparent, &picture_path)?;
     if let Some(timeline) = args.sequence.timeline().map_err(CliError::Usage)? {
         return frames::run(args, &config, &picture_path, &development, timeline, stats);
     }
-    let files: Vec<PathBuf> = picture_files(&picture_path, config.aovs.any())
-        .map_err(|e| CliError::Usage(e.to_string()))?
-        .into_iter()
-        .map(|(path, _)| path)
-        .collect();
-    let mut files = files;
+    let mut files = files(&picture_path, config.aovs)?;
     files.extend(args.outputs.denoise.then(|| denoise::beside(&picture_path)));
     let inputs: Vec<&Path> = args.scene.as_deref().into_iter().collect();
     let outputs = check_destinations(&inputs, &files, args.common.sinks())?;
@@ -81,28 +78,31 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
             shown.tile(&tile);
         }
     };
-    let render = |view: &View| -> Result<Rendered, CliError> {
+    let render = |view: &View| -> Result<(Rendered, Option<u128>), CliError> {
         let row = prepared.camera_row;
         let asked = args.shutter.shutter_slices;
-        Ok(
-            match shutter::slices(view, row, &config, asked, named(path))? {
-                Some(slices) => render_blurred(view, &slices, &config, &progress, &on_tile)?,
-                None => render_showing(view, &config, &progress, &on_tile)?,
-            },
-        )
+        let rendered = match shutter::slices(view, row, &config, asked, named(path))? {
+            Some(slices) => render_blurred(view, &slices, &config, &progress, &on_tile)?,
+            None => render_showing(view, &config, &progress, &on_tile)?,
+        };
+        Ok((rendered, config.window.map(|_| window_key(view, &config))))
     };
-    let Rendered {
-        mut picture,
-        counts,
-        reached,
-        records,
-        readings,
-        ..
-    } = prepared.traced(
+    let rendered = prepared.traced(
         (&mut watch, &mut stats),
         (&progress, args.common.progress.style),
         render,
     )??;
+    let (
+        Rendered {
+            mut picture,
+            counts,
+            reached,
+            records,
+            readings,
+            ..
+        },
+        key,
+    ) = rendered;
     if let Some(shown) = shown {
         shown.finish(&picture);
     }
@@ -116,7 +116,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     let shown = motion::Shown::of(&prepared, &config);
     shown.add_vectors(&mut picture, &config, named(path))?;
     picture.metadata = metadata::of(
-        args.outputs.metadata,
+        tile::told(args.outputs.metadata, &config),
         (&config, &prepared.camera, path),
         (&picture, reached.map(|reached| reached.mean_samples)),
         &stats,
@@ -130,7 +130,14 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
         let path = denoise::beside(&picture_path);
         filtered.save_into(&path, &development, &mut results.outputs)?;
     }
-    picture.save_into(&picture_path, &development, &mut results.outputs)?;
+    let outputs = &mut results.outputs;
+    tile::save(
+        picture,
+        &picture_path,
+        (&config, &development),
+        key,
+        outputs,
+    )?;
     stats.stages.push(watch.stage("write"));
     stats.finish();
     results.add(&args.common.stats, &stats)?;
@@ -146,8 +153,8 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
             .map(|f| printable_line(&f.display().to_string()))
             .collect::<Vec<_>>()
             .join(", "),
-        config.width,
-        config.height,
+        config.window().width,
+        config.window().height,
         light_of(&config, reached, records),
         stats.rays.total(),
         stats.seconds("render"),
@@ -171,6 +178,7 @@ pub fn composed(
         shutter,
         ..of_camera(config, &scene, args.common.size)?
     };
+    let config = tile::windowed(args.outputs.tile, config)?;
     let config = args.light.complete(config, &scene)?;
     let config = args.outputs.complete(config)?;
     let scene = exposed(scene, &config, args.light.ground, path)?;
@@ -245,6 +253,15 @@ fn light_of(config: &RenderConfig, reached: Option<Reached>, records: Option<usi
     )
 }
 
+/// Lists the files of a picture with these outputs, or of a tile.
+pub fn files(path: &Path, aovs: AovSet) -> Result<Vec<PathBuf>, CliError> {
+    if tile::is_tile(path) {
+        return Ok(vec![path.into()]);
+    }
+    let files = picture_files(path, aovs.any()).map_err(|e| CliError::Usage(e.to_string()))?;
+    Ok(files.into_iter().map(|(path, _)| path).collect())
+}
+
 /// Returns `-o`, or the scene's name as a PNG, or as a part of a picture, in the current folder.
 fn output_path(args: &RenderArgs) -> PathBuf {
     if let Some(path) = &args.output {
@@ -252,9 +269,10 @@ fn output_path(args: &RenderArgs) -> PathBuf {
     }
     let stem = args.scene.as_deref().and_then(Path::file_stem);
     let mut name = stem.unwrap_or("lanecast".as_ref()).to_os_string();
-    name.push(match args.light.samples {
-        None => ".png",
-        Some(_) => ".sums",
+    name.push(match (&args.light.samples, args.outputs.tile) {
+        (None, None) => ".png".into(),
+        (Some(_), _) => ".sums".into(),
+        (None, Some(tile)) => format!("_{:02}.tile", tile.number),
     });
     name.into()
 }

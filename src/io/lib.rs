@@ -47,6 +47,7 @@ mod section;
 mod shared;
 mod stl;
 mod threemf;
+mod tiles;
 
 pub use animated::Animated;
 pub use channels::{Channel, ChannelPicture, Encoding, read_channels};
@@ -72,6 +73,7 @@ pub use shared::outputs::{Outputs, check_writable, discard_unfinished};
 pub use shared::picture::{Layer, Picture, PictureFile, picture_files};
 pub use shared::srgb::{SrgbEncoder, linear_from_srgb};
 pub use shared::view_transform::{Bits, Development, Tone};
+pub use tiles::{PictureTile, TileHeader};
 
 use crate::geom::HalfSpace;
 use crate::scene::{Edge, Hatch, MeshData, Scene, SceneBuilder, SceneError};

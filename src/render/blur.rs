@@ -382,9 +382,10 @@ pub fn sum_picture(
     side: u32,
     progress: &Progress,
 ) -> Result<PictureSums, RenderError> {
-    let (width, height) = (config.width, config.height);
+    let window = config.window();
+    let (width, height) = (window.width, window.height);
     let memory = RenderError::Memory { width, height };
-    let pixels = width as usize * height as usize;
+    let pixels = window.pixels();
     let column = |is_kept: bool| {
         let mut sums = Vec::new();
         let rows = if is_kept { pixels } else { 0 };
@@ -394,7 +395,7 @@ pub fn sum_picture(
     };
     let keeps_more =
         config.aovs.any_of_mattes() || picture.is_some_and(|picture| picture.layers.is_some());
-    let generator = RayGenerator::new(view.camera, width, height, config.grid);
+    let generator = RayGenerator::new(view.camera, config.width, config.height, config.grid);
     let (columns, rows) = (width.div_ceil(side), height.div_ceil(side));
     let workers = ScratchPool::<Worker>::default();
     let done = Mutex::new(PictureSums {
@@ -408,10 +409,11 @@ pub fn sum_picture(
             return;
         }
         let number = config.tiles.tile(number, columns * rows);
-        let corner = (number % columns * side, number / columns * side);
-        let size = (side.min(width - corner.0), side.min(height - corner.1));
+        let (x, y) = (number % columns * side, number / columns * side);
+        let size = (side.min(width - x), side.min(height - y));
+        let corner = (window.x + x, window.y + y);
         let order = &morton_order(size)[..];
-        let place = |spot: &Spot| ((corner.1 + spot.y) * width + corner.0 + spot.x) as usize;
+        let place = |spot: &Spot| ((y + spot.y) * width + x + spot.x) as usize;
         let samples = samples.clone();
         workers.with(|worker| {
             let Worker { arena, trace } = &mut *worker;

@@ -7,6 +7,7 @@
 use super::AovSet;
 use super::adaptive::Adaptive;
 use super::irradiance::IndirectCaching;
+use super::window::Window;
 use crate::accel::{BuildQuality, KdQuality};
 use crate::light::filter::Kind as FilterKind;
 use crate::light::sampler::Kind as SamplerKind;
@@ -63,6 +64,9 @@ pub struct RenderConfig {
     /// What camera rays that meet nothing show.
     pub backdrop: Backdrop,
     pub tiles: TileOrder,
+    /// The part of the picture that is rendered; `None` renders the whole. Only whole pictures have
+    /// `adaptive` and `caching`, which look at all pixels.
+    pub window: Option<Window>,
     /// When light is taken, if not at the scene's own time alone. [`super::Slices`] are made
     /// of it.
     pub shutter: Option<Exposure>,
@@ -122,6 +126,12 @@ impl RenderConfig {
         }
     }
 
+    /// Returns the rectangle that is rendered.
+    pub fn window(&self) -> Window {
+        self.window
+            .unwrap_or(Window::whole(self.width, self.height))
+    }
+
     /// Returns the width of the image plane over its height.
     pub fn aspect(&self) -> f64 {
         let less = match self.grid {
@@ -159,6 +169,7 @@ impl Default for RenderConfig {
             ground: None,
             backdrop: Backdrop::default(),
             tiles: TileOrder::default(),
+            window: None,
             shutter: None,
         }
     }

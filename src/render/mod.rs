@@ -24,6 +24,7 @@ mod sampler;
 mod slices;
 mod sums;
 mod tile;
+mod window;
 
 pub use crate::io::{AovSet, Picture};
 pub use crate::shade::path::Ground;
@@ -37,7 +38,7 @@ pub use inspect::{Reading, legend};
 pub use irradiance::IndirectCaching;
 pub use mattes::instance_name;
 pub use motion::{Moment, motion_vectors};
-pub use part::{Merge, is_part, parts_of, render_part, render_samples};
+pub use part::{Merge, is_part, parts_of, render_part, render_samples, window_key};
 pub use path_probe::{Block, PathProbe};
 pub(crate) use pixel_order::{BLOCK, every_second_bit};
 pub use progress::Progress;
@@ -48,3 +49,4 @@ pub use tile::{
     FinishedTile, RenderError, Rendered, View, render, render_after, render_blurred,
     render_showing, render_with,
 };
+pub use window::Window;

@@ -43,9 +43,11 @@ pub fn motion_vectors(
     };
     let here = generator(now);
     let there = [after, before].map(|moment| (moment, generator(moment)));
-    let width = config.width as usize;
+    let window = config.window();
+    let width = window.width as usize;
     let one = |pixel: usize| {
         let (x, y) = ((pixel % width) as u32, (pixel / width) as u32);
+        let (x, y) = (window.x + x, window.y + y);
         let (org, dir) = here.ray(x, y, [0.5; 2]);
         let shown = Shown {
             org,

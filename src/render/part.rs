@@ -89,6 +89,18 @@ pub fn render_samples(
     Ok((sums.all, counts))
 }
 
+/// Hashes the scene and all settings that show in a picture, but not which window of it is rendered.
+pub fn window_key(view: &View, config: &RenderConfig) -> u128 {
+    let mut key = Key(picture_key(view, config));
+    // Writing to a hash cannot fail.
+    let _ = write!(
+        key,
+        " {} {:?} {:?} {}",
+        config.spp, config.grid, config.aovs, config.matte_ranks
+    );
+    key.0
+}
+
 /// Hashes the scene and all settings that show in a picture's samples (FNV-1a of 128 bits),
 /// as this version of the program writes them.
 fn picture_key(view: &View, config: &RenderConfig) -> u128 {

@@ -21,6 +21,7 @@ use super::pixel_order::{BLOCK, Spot, morton_order};
 use super::progress::Progress;
 use super::sampler::{frame_key, position_in};
 use super::slices::Slices;
+use super::window::Window;
 use super::{AovSet, Picture};
 use crate::accel::World;
 use crate::math::lanes::Lanes;
@@ -165,7 +166,8 @@ fn tiling(config: &RenderConfig) -> (u32, u32) {
         TileOrder::Small => BLOCK,
         _ => 2 * BLOCK,
     };
-    let tiles = config.width.div_ceil(side) * config.height.div_ceil(side);
+    let window = config.window();
+    let tiles = window.width.div_ceil(side) * window.height.div_ceil(side);
     (side, tiles)
 }
 
@@ -181,17 +183,18 @@ fn render_tiles(
         return Err(RenderError::Outputs);
     }
     let (side, tiles) = tiling(config);
-    let columns = config.width.div_ceil(side);
+    let window = config.window();
+    let columns = window.width.div_ceil(side);
     let has_alpha = config.backdrop == Backdrop::Transparent;
-    let picture = blank(config.width, config.height, config.aovs, has_alpha);
+    let picture = blank(window.width, window.height, config.aovs, has_alpha);
     let pixels = match config.integrator {
-        How::Inspect(_) => config.width as usize * config.height as usize,
+        How::Inspect(_) => window.pixels(),
         _ => 0,
     };
     let mut readings = Vec::new();
     let out_of_memory = RenderError::Memory {
-        width: config.width,
-        height: config.height,
+        width: window.width,
+        height: window.height,
     };
     readings
         .try_reserve_exact(pixels)
@@ -218,12 +221,9 @@ fn render_tiles(
     });
     let workers = ScratchPool::<Worker>::default();
     let at = |number: u32| {
-        let corner = (number % columns * side, number / columns * side);
-        let size = (
-            side.min(config.width - corner.0),
-            side.min(config.height - corner.1),
-        );
-        (corner, size)
+        let (x, y) = (number % columns * side, number / columns * side);
+        let size = (side.min(window.width - x), side.min(window.height - y));
+        ((window.x + x, window.y + y), size)
     };
     let generator = RayGenerator::new(view.camera, config.width, config.height, config.grid);
     let whole = morton_order((side, side));
@@ -256,6 +256,7 @@ fn render_tiles(
                 on_tile,
                 corner,
                 size,
+                window,
                 whole: &whole,
                 paths: paths.as_ref(),
                 outputs: &outputs,
@@ -317,12 +318,13 @@ fn render_film(
         (paths, _, Some(blur)) => {
             let samples = config.samples();
             let side = blur.side(samples, config.tiles);
-            let columns = config.width.div_ceil(side);
-            progress.start(tiles + columns * config.height.div_ceil(side));
+            let window = config.window();
+            let columns = window.width.div_ceil(side);
+            progress.start(tiles + columns * window.height.div_ceil(side));
             let pictures = (paths, Some(blur));
             let of = (view, config);
             let sums = sum_picture(of, pictures, &(0..samples), side, progress)?;
-            Some(AdaptiveFilm::of_sums(sums, samples, config.width))
+            Some(AdaptiveFilm::of_sums(sums, samples, window.width))
         }
         _ => None,
     })
@@ -335,6 +337,8 @@ struct Tile<'a> {
     on_tile: &'a (dyn Fn(FinishedTile) + Sync),
     corner: (u32, u32),
     size: (u32, u32),
+    /// The part of the picture that is rendered, in which the tile lies.
+    window: Window,
     /// Pixel order of a tile that the picture's border does not cut.
     whole: &'a [Spot],
     /// What path-traced tiles share.
@@ -380,7 +384,7 @@ impl Tile<'_> {
         }
         if let Some(film) = self.film {
             for row in 0..pixels {
-                (color[row], alpha[row]) = color_of(&film.mean(self.place(row as u32)));
+                (color[row], alpha[row]) = color_of(&film.mean(self.spot(row as u32)));
             }
             self.finish(color, alpha, aovs, done, (&counts, record));
             return counts;
@@ -400,7 +404,7 @@ impl Tile<'_> {
             match self.film {
                 Some(film) => {
                     for (row, slot) in slots.iter_mut().enumerate() {
-                        *slot = film.mean(self.place(row as u32));
+                        *slot = film.mean(self.spot(row as u32));
                     }
                 }
                 None => sums = Some(tile.render(arena, trace, slots, &mut counts)),
@@ -545,7 +549,7 @@ impl Tile<'_> {
         let mut done = done.lock().unwrap_or_else(|e| e.into_inner());
         put(
             &mut done.picture,
-            self.corner,
+            self.window.local(self.corner),
             self.size,
             color,
             alpha,
@@ -763,9 +767,15 @@ impl Tile<'_> {
         )
     }
 
+    /// Returns the position in the window of a row of the tile's film.
+    fn spot(&self, row: u32) -> (u32, u32) {
+        self.window.local(self.place(row))
+    }
+
+    /// Returns the number in the window of a row's pixel.
     fn pixel(&self, row: u32) -> u32 {
-        let (x, y) = self.place(row);
-        y * self.config.width + x
+        let (x, y) = self.spot(row);
+        y * self.window.width + x
     }
 }
 

@@ -189,7 +189,8 @@ fn wrong_arguments() {
             vec!["bench", "x.toml", "--accels", "kd,heap", "--build", "both"],
             "--build applies to the trees of bvh",
         ),
-        (small(&["--tile", "1/4"]), "unexpected argument"),
+        (small(&["--tiles", "1/4"]), "unexpected argument"),
+        (small(&["--tile", "1/4"]), "at most 1x1 tiles"),
         (
             small(&["--grid", "corners", "--spp", "4"]),
             "leave out --spp 4",

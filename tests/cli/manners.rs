@@ -104,5 +104,9 @@ fn progress_is_told_to_programs_in_lines_of_json() {
         assert_eq!(told(&["--spp", "4", "--progress", quiet]), "");
     }
     let wrong = [SMALL[0], "--progress", "loud"];
-    fails(&wrong, 2, "expected auto, bar, json or none");
+    fails(
+        &wrong,
+        2,
+        "expected auto, bar, json, openjd, afanasy or none",
+    );
 }

@@ -41,11 +41,32 @@ pub struct BatchArgs {
     /// [default: all hardware threads]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
+    /// Keep scenes and their trees in memory, up to so many bytes, such as 800M or 4G, and wait for room
+    /// before more are loaded. Files of equal bytes are loaded once while they are kept [default: keep
+    /// what the tasks in work need]
+    #[arg(long, value_name = "BYTES", value_parser = parse_bytes, conflicts_with_all = ["list", "merge"])]
+    pub memory: Option<u64>,
     #[command(flatten)]
     pub progress: ProgressArgs,
     /// Do a task that has ended the process before, and nothing else.
     #[arg(long, hide = true)]
     pub alone: bool,
+}
+
+/// Reads a number of bytes, or of thousands, millions or milliards of them.
+fn parse_bytes(text: &str) -> Result<u64, String> {
+    let wrong = || "write a number of bytes, such as 800M or 4G".to_owned();
+    let (number, unit) = match text.char_indices().next_back() {
+        Some((end, 'k' | 'K')) => (&text[..end], 1e3),
+        Some((end, 'm' | 'M')) => (&text[..end], 1e6),
+        Some((end, 'g' | 'G')) => (&text[..end], 1e9),
+        _ => (text, 1.0),
+    };
+    let bytes = number.trim().parse::<f64>().map_err(|_| wrong())? * unit;
+    match (1.0..1e15).contains(&bytes) {
+        true => Ok(bytes as u64),
+        false => Err(wrong()),
+    }
 }
 
 impl BatchArgs {
@@ -67,8 +88,25 @@ impl BatchArgs {
             check: false,
             max_fails: None,
             threads,
+            memory: None,
             progress,
             alone: false,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_have_units() {
+        assert_eq!(parse_bytes("12"), Ok(12));
+        assert_eq!(parse_bytes("1.5K"), Ok(1500));
+        assert_eq!(parse_bytes("800m"), Ok(800_000_000));
+        assert_eq!(parse_bytes("4 G"), Ok(4_000_000_000));
+        for wrong in ["", "G", "-1", "0", "nan", "inf", "4T", "1e30", "é"] {
+            assert!(parse_bytes(wrong).is_err(), "{wrong}");
         }
     }
 }

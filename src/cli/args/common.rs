@@ -84,9 +84,25 @@ impl SolverArgs {
 #[derive(Args, Clone, Copy)]
 pub struct ProgressArgs {
     /// Show progress on standard error: bar (on a terminal; else a line at each tenth), json (a
-    /// line every half second), none, or auto, which is a bar on a terminal, else none
+    /// line every half second), none, or auto, which is a bar on a terminal, else none; or on
+    /// standard output as an engine of a farm reads it: openjd or afanasy
     #[arg(id = "progress", long = "progress", value_name = "HOW", default_value = "auto", value_parser = Style::parse)]
     pub style: Style,
+}
+
+impl ProgressArgs {
+    /// Refuses results on standard output beside progress for a farm.
+    pub fn check<'a>(&self, mut sinks: impl Iterator<Item = &'a Sink>) -> Result<(), CliError> {
+        let is_farm = matches!(self.style, Style::Farm(_));
+        match is_farm && sinks.any(|sink| *sink == Sink::Stdout) {
+            true => Err(CliError::Usage(
+                "--progress openjd and afanasy go to standard output, as the results would; give \
+                 these a file"
+                    .into(),
+            )),
+            false => Ok(()),
+        }
+    }
 }
 
 /// Options of every command that traces.
@@ -169,6 +185,7 @@ impl CommonArgs {
         default_size: Size,
         accels: &[AccelChoice],
     ) -> Result<RenderConfig, CliError> {
+        self.progress.check(self.sinks())?;
         let size = self.size.unwrap_or(default_size);
         if self.grid == Grid::Corners && (size.width < 2 || size.height < 2) {
             return Err(CliError::Usage(

@@ -67,6 +67,17 @@ impl DevelopmentArgs {
         }
     }
 
+    /// Replaces what is asked for in the development that the tiles of a picture have.
+    pub fn over(&self, of_tiles: Development) -> Development {
+        Development {
+            tone: self.tone.unwrap_or(of_tiles.tone),
+            exposure: self.exposure.unwrap_or(of_tiles.exposure),
+            dither: self.dither.unwrap_or(of_tiles.dither),
+            bits: self.bits.unwrap_or(of_tiles.bits),
+            behind: None,
+        }
+    }
+
     /// Returns the development of the picture `path`; refuses options that it would not heed.
     pub fn checked(&self, path: &Path) -> Result<Development, CliError> {
         let is_linear = is_linear(path);

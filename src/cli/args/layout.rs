@@ -32,6 +32,7 @@ const HEADINGS: [(&str, &[&str]); 6] = [
             "background",
             "cryptomatte_levels",
             "metadata",
+            "tile",
             "denoise",
         ],
     ),
@@ -97,6 +98,9 @@ const EXAMPLES: [(&str, &[&str]); 13] = [
             "lanecast render room.toml --samples 0..64 -o a.sums",
             "lanecast render room.toml --samples 64..128 -o b.sums",
             "lanecast merge a.sums b.sums -o room.exr",
+            "lanecast render room.toml --tile 0/2 -o top.tile",
+            "lanecast render room.toml --tile 1/2 -o bottom.tile",
+            "lanecast merge top.tile bottom.tile -o room.exr",
         ],
     ),
     (
@@ -148,6 +152,7 @@ const EXAMPLES: [(&str, &[&str]); 13] = [
         &[
             "lanecast export bracket.toml --pov bracket.pov",
             "lanecast export room.toml --mitsuba room.xml",
+            "lanecast export job.toml --openjd job.openjd.yaml",
         ],
     ),
 ];

@@ -18,6 +18,7 @@ mod page;
 mod sequence;
 mod shutter;
 mod thumbs;
+mod tile;
 mod tradeoff;
 mod values;
 mod view;
@@ -32,6 +33,7 @@ pub use light::{has_lens, needed_integrator};
 pub use page::OWN_OPTIONS;
 pub use page::PageArgs;
 pub use thumbs::ThumbsArgs;
+pub use tile::{TileChoice, TileGrid};
 pub use tradeoff::{Accuracy, TradeoffArgs};
 pub use values::Size;
 pub use view::ViewArgs;
@@ -64,8 +66,8 @@ use values::{
 pub struct RenderArgs {
     /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf; without it, the built-in scene
     pub scene: Option<PathBuf>,
-    /// .png, .jpg, .hdr or .exr; with --samples .sums [default: the scene's name with .png or
-    /// .sums, in the current folder]
+    /// .png, .jpg, .hdr or .exr; with --samples .sums, with --tile .tile [default: the scene's name
+    /// with .png, .sums or .tile, in the current folder]
     #[arg(short, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Choose the options of the fastest way that keeps bounds: within:rmse=X, flip=X, wrong-pixels=N,
@@ -108,7 +110,8 @@ pub struct RenderArgs {
 
 #[derive(Args)]
 pub struct MergeArgs {
-    /// .sums files of one picture, whose samples are all from 0 on, in any order
+    /// .sums files of one picture, whose samples are all from 0 on, or all of its .tile files, in any
+    /// order
     #[arg(required = true, value_name = "PART")]
     pub parts: Vec<PathBuf>,
     /// .png, .jpg, .hdr or .exr
@@ -308,17 +311,44 @@ impl ConvertArgs {
     }
 }
 
+/// Options of `export` that jobs have in themselves, or have no use for.
+const OF_SCENES: [&str; 18] = [
+    "pov",
+    "mitsuba",
+    "size",
+    "max_depth",
+    "camera",
+    "view",
+    "orbit",
+    "fit",
+    "eye",
+    "look_at",
+    "up",
+    "fov_y",
+    "orthographic",
+    "allow_outside",
+    "point_radius",
+    "scad_curves",
+    "clip",
+    "hatch",
+];
+
 #[derive(Args)]
 pub struct ExportArgs {
-    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf
+    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf; with --openjd the
+    /// .toml or .json of a job
     pub scene: PathBuf,
     /// Write a scene description for POV-Ray 3.7; - is standard output
-    #[arg(long, value_name = "FILE", required_unless_present = "mitsuba", value_parser = Sink::parse)]
+    #[arg(long, value_name = "FILE", required_unless_present_any = ["mitsuba", "openjd"], value_parser = Sink::parse)]
     pub pov: Option<Sink>,
     /// Write a scene for Mitsuba 3: this XML file, and beside it meshes and maps whose names
     /// begin with the file's
     #[arg(long, value_name = "FILE", conflicts_with = "pov", value_parser = parse_page)]
     pub mitsuba: Option<PathBuf>,
+    /// Write a job of lanecast batch as a template of Open Job Description, .yaml, for a farm; - is
+    /// standard output
+    #[arg(long, value_name = "FILE", conflicts_with_all = OF_SCENES, value_parser = Sink::parse)]
+    pub openjd: Option<Sink>,
     /// Size of Mitsuba's picture, as WIDTHxHEIGHT [default: 1280x720]
     #[arg(long, value_name = "WxH", conflicts_with = "pov", allow_hyphen_values = true, value_parser = parse_size)]
     pub size: Option<Size>,

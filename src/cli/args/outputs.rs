@@ -1,5 +1,6 @@
 //! Options of what a picture keeps beside its colour.
 
+use super::tile::TileChoice;
 use super::values::{parse_aovs, parse_told};
 use crate::cli::error::CliError;
 use crate::cli::metadata::Told;
@@ -27,6 +28,10 @@ pub struct OutputArgs {
     /// depth, position, normal, albedo, ids and samples, else none
     #[arg(long, value_name = "WHAT", default_value = "auto", value_parser = parse_told)]
     pub metadata: Told,
+    /// Render only the I-th tile of a grid of columns and rows, from 0, row by row, such as 5/4x4, or
+    /// of a number of rows; lanecast merge joins all tiles to the bits of the whole
+    #[arg(long, value_name = "I/CxR", value_parser = TileChoice::parse, conflicts_with_all = ["accuracy", "samples", "noise", "cache", "denoise", "display"])]
+    pub tile: Option<TileChoice>,
     /// Write the picture without noise, too, as NAME.denoised beside it: of paths, by Open Image
     /// Denoise, with --features denoise of the program
     #[arg(long, conflicts_with = "samples")]

@@ -1,5 +1,6 @@
 //! The job file: what it says, in TOML or JSON, and the messages where it says it wrongly.
 
+use crate::cli::args::TileGrid;
 use crate::cli::error::CliError;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::value::{MapAccessDeserializer, StrDeserializer};
@@ -40,6 +41,8 @@ pub struct Job {
     pub variant: Many<Variant>,
     /// Numbers of frames, such as "0-47" or "1-60:2".
     pub frame: Option<Frame>,
+    /// Columns and rows of tiles, such as "4x4", or a number of rows: each tile is a task.
+    pub tile: Option<Tile>,
     /// The template of pictures' names, such as "{scene}/{camera}_{frame:04}.png".
     pub output: Option<String>,
     /// Options of `lanecast render`, by their names.
@@ -103,6 +106,26 @@ pub struct Variant {
 pub enum Frame {
     One(u32),
     Several(String),
+}
+
+/// The tiles of a picture.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(
+    untagged,
+    expecting = "expected columns and rows of tiles, such as \"4x4\", or a number of rows"
+)]
+pub enum Tile {
+    Rows(u32),
+    Grid(String),
+}
+
+impl Tile {
+    pub fn grid(&self) -> Result<TileGrid, String> {
+        match self {
+            Tile::Rows(rows) => TileGrid::parse(&rows.to_string()),
+            Tile::Grid(text) => TileGrid::parse(text),
+        }
+    }
 }
 
 /// One of something, or a list.

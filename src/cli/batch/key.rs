@@ -45,6 +45,14 @@ pub fn settings(tasks: &Tasks, task: &Task) -> String {
     hex(hash)
 }
 
+/// Returns the hash of what the picture of a task is asked for, which is joined from tiles.
+pub fn settings_of_picture(tasks: &Tasks, task: &Task) -> String {
+    let mut hash = Sha256::new();
+    hash.update("joined\n");
+    hash.update(settings(tasks, task));
+    hex(hash)
+}
+
 /// Returns the key of settings and inputs.
 pub fn key(settings: &str, inputs: &[Input]) -> String {
     let mut hash = Sha256::new();
@@ -83,6 +91,11 @@ impl Hashes {
         });
         let files: BTreeSet<Input> = files.collect();
         files.into_iter().collect()
+    }
+
+    /// Returns the hash of a file, if it can be read.
+    pub fn of_file(&self, file: &Path) -> Option<String> {
+        self.again(&relative(&real(file), &self.folder)).hash
     }
 
     /// Returns what is at the place of an input now.

@@ -7,7 +7,9 @@
 mod alone;
 mod end;
 mod job;
+mod join;
 mod key;
+mod openjd;
 mod options;
 mod picture;
 mod ranges;
@@ -20,11 +22,12 @@ mod tasks;
 mod template;
 
 pub use key::relative;
+pub use openjd::export;
 pub use ranges::{Ranges, Shard};
 
 use super::args::BatchArgs;
 use super::error::CliError;
-use super::output::{complain, print, printable_line};
+use super::output::{Sink, complain, print, printable_line};
 use job::Job;
 use key::Hashes;
 use ranges::numbers_of_lines;
@@ -39,6 +42,8 @@ const MOST_LIST: u64 = 1 << 28;
 
 /// Runs a job; `render` is the definition of `lanecast render`.
 pub fn run(args: &BatchArgs, render: clap::Command) -> Result<(), CliError> {
+    let lines = args.json.then_some(&Sink::Stdout);
+    args.progress.check(lines.into_iter())?;
     let job = Job::read(&args.job)?;
     let tasks = Tasks::new(&job, &args.job, render)?;
     let chosen = chosen(args, tasks.len())?;
@@ -159,6 +164,8 @@ fn json_line(tasks: &Tasks, task: &Task) -> String {
         "camera": tasks.camera(task),
         "variant": tasks.variant(task),
         "frame": task.frame,
+        "tile": task.tile.map(|tile| tile.number),
+        "picture": task.picture.to_string_lossy(),
         "settings": key::settings(tasks, task),
         "command": command.collect::<Vec<_>>(),
     });

@@ -8,7 +8,7 @@ use serde_json::{Map, Value};
 use std::ffi::OsString;
 
 /// Options that are none of a job's, and what is in their place.
-const OF_THE_JOB: [(&str, &str); 12] = [
+const OF_THE_JOB: [(&str, &str); 13] = [
     ("output", "name pictures by output = \"{scene}.png\""),
     (
         "camera",
@@ -24,6 +24,7 @@ const OF_THE_JOB: [(&str, &str); 12] = [
         "number frames by frame = \"0-47\", beside [render]",
     ),
     ("samples", "a task is a whole picture"),
+    ("tile", "ask for tiles by tile = \"4x4\", beside [render]"),
     ("threads", "that is an option of lanecast batch"),
     ("progress", "that is an option of lanecast batch"),
     ("stats", "the records have the statistics of each task"),

@@ -10,12 +10,12 @@ use crate::cli::denoise::{self, Denoiser};
 use crate::cli::error::CliError;
 use crate::cli::metadata::{self, Told};
 use crate::cli::pipeline::{Prepared, complete, named, of_camera, structure, warn_of_losses};
-use crate::cli::render::{check_alpha, exposed};
+use crate::cli::render::{check_alpha, exposed, files as picture_files};
 use crate::cli::scene::{pick_camera, viewed};
-use crate::cli::{ground, interrupt, memory, motion, shutter};
-use crate::io::{LoadError, Outputs, picture_files};
+use crate::cli::{ground, interrupt, memory, motion, shutter, tile};
+use crate::io::{LoadError, Outputs};
 use crate::measure::{Stats, Watch};
-use crate::render::{Backdrop, Progress, RenderConfig, View, render_blurred};
+use crate::render::{Backdrop, Progress, RenderConfig, View, render_blurred, window_key};
 use crate::scene::{Instances, Scene, Tables};
 use rayon::ThreadPool;
 use std::path::{Path, PathBuf};
@@ -24,6 +24,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// A scene that was loaded, and the worlds over it.
 pub struct Loaded {
     pub scene: Scene,
+    /// What was left out.
+    pub warning: Option<String>,
     worlds: Mutex<Vec<Kept>>,
 }
 
@@ -35,11 +37,23 @@ struct Kept {
 }
 
 impl Loaded {
-    pub fn new(scene: Scene) -> Loaded {
+    pub fn new(scene: Scene, warning: Option<String>) -> Loaded {
         Loaded {
             scene,
+            warning,
             worlds: Mutex::default(),
         }
+    }
+
+    /// Returns the bytes of the scene's tables and trees. Worlds share the largest of them, trees of
+    /// meshes; of what each has of its own the first is counted. Trees that are being built are none yet.
+    pub fn bytes(&self) -> u64 {
+        let worlds = self.worlds.try_lock().ok();
+        let first = worlds.as_ref().and_then(|worlds| worlds.first());
+        let trees = first.map(|kept| kept.world.bytes());
+        let tables = self.scene.bytes().into_iter();
+        let all = tables.chain(trees.into_iter().flatten());
+        all.map(|(_, bytes)| bytes as u64).sum()
     }
 
     /// Returns the world of a task at a time, and whether it is the scene's first, which is built
@@ -107,7 +121,11 @@ pub fn check(args: &RenderArgs, output: &Path) -> Result<(), CliError> {
     args.development.checked(output)?;
     metadata::check(args, output, config.aovs)?;
     check_alpha(config.backdrop == Backdrop::Transparent, output)?;
-    picture_files(output, config.aovs.any()).map_err(|e| CliError::Usage(e.to_string()))?;
+    picture_files(output, config.aovs)?;
+    if let Some(path) = args.output.as_deref() {
+        tile::check(args, path)?;
+    }
+    tile::foreseen(args, config)?;
     args.sequence.timeline().map_err(CliError::Usage)?;
     Denoiser::load(args.outputs.denoise)?;
     Ok(())
@@ -115,9 +133,7 @@ pub fn check(args: &RenderArgs, output: &Path) -> Result<(), CliError> {
 
 /// Lists the files of a task.
 pub fn files(args: &RenderArgs, output: &Path) -> Result<Vec<PathBuf>, CliError> {
-    let files = picture_files(output, args.outputs.most().any());
-    let files = files.map_err(|e| CliError::Usage(e.to_string()))?;
-    let mut files: Vec<PathBuf> = files.into_iter().map(|(path, _)| path).collect();
+    let mut files = picture_files(output, args.outputs.most())?;
     files.extend(args.outputs.denoise.then(|| denoise::beside(output)));
     Ok(files)
 }
@@ -155,6 +171,7 @@ pub fn rendered(
         frame: timeline.map_or(0, |timeline| timeline.first),
         ..of_camera(config, &scene, args.common.size)?
     };
+    let config = tile::windowed(args.outputs.tile, config)?;
     let config = args.light.complete(config, &scene)?;
     let config = args.outputs.complete(config)?;
     let scene = match timeline {
@@ -242,6 +259,7 @@ pub fn rendered(
         filtered.save_into(&denoise::beside(output), &development, &mut outputs)?;
         stats.stages.push(watch.stage("denoise"));
     }
-    picture.save_into(output, &development, &mut outputs)?;
+    let key = config.window.map(|_| window_key(&view, &config));
+    tile::save(picture, output, (&config, &development), key, &mut outputs)?;
     Ok(outputs)
 }

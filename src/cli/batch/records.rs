@@ -202,6 +202,19 @@ impl Known {
         self.files.contains(file)
     }
 
+    /// Refuses to replace a file that no record names: it is not a picture of this job.
+    pub fn check_is_ours(&self, out: &Path, file: &Path) -> Result<(), CliError> {
+        let path = out.join(file);
+        match self.names(file) || path.symlink_metadata().is_err() {
+            true => Ok(()),
+            false => Err(CliError::Usage(format!(
+                "{} exists, and no record says that it is of this job; move it away, or give another \
+                 folder with --out",
+                path.display()
+            ))),
+        }
+    }
+
     /// Returns why a task failed, if that is what it did last.
     pub fn failure(&self, settings: &str) -> Option<&Failure> {
         self.tasks.get(settings)?.last.as_ref()?.error.as_ref()
@@ -242,6 +255,19 @@ impl Known {
             _ => todo,
         }
     }
+}
+
+/// Returns what is in the files of a task, which are there.
+pub fn outputs_of(out: &Path, files: &[PathBuf]) -> Result<Vec<Output>, CliError> {
+    let of_file = |file: &PathBuf| {
+        let path = out.join(file);
+        Ok(Output {
+            path: file.clone(),
+            bytes: path.metadata().map_err(|e| failed(&path, e))?.len(),
+            hash: file_hash(&path).map_err(|e| failed(&path, e))?,
+        })
+    };
+    files.iter().map(of_file).collect()
 }
 
 fn is_there(folder: &Path, output: &Output, check: bool) -> bool {

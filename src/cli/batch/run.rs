@@ -1,12 +1,13 @@
 //! Does the tasks of a job: one a thread where they are many and small, else each on all threads.
 //!
-//! Memory holds as many scenes as there are threads, however many tasks there are (`shelf.rs`).
+//! Memory holds as many scenes as there are threads, however many tasks there are, or those that
+//! `--memory` has room for (`shelf.rs`).
 
 use super::alone;
 use super::end::{End, panicked};
-use super::key::{Hashes, file_hash, settings};
+use super::key::{Hashes, settings};
 use super::picture;
-use super::records::{Failure, Known, Output, Record, Standing, Status, Writer};
+use super::records::{Failure, Known, Record, Standing, Status, Writer, outputs_of};
 use super::shelf::Shelf;
 use super::tasks::{Task, Tasks};
 use crate::cli::args::{BatchArgs, RenderArgs};
@@ -179,7 +180,7 @@ impl<'r> Run<'r> {
             run: self,
             todo,
             next: AtomicUsize::new(0),
-            shelf: Shelf::of(self.tasks, todo),
+            shelf: Shelf::of(self.tasks, todo, self.args.memory),
             writer: Mutex::new(Writer::create(self.out)?),
             threads: if is_split { 1 } else { threads as u32 },
             pool,
@@ -206,12 +207,8 @@ impl<'r> Run<'r> {
                 if newest.is_none() {
                     newest = Some(Known::read(self.out)?);
                 }
-                if !newest.as_ref().is_some_and(|newest| newest.names(&file)) {
-                    return Err(CliError::Usage(format!(
-                        "{} exists, and no record says that it is of this job; move it away, or \
-                         give another folder with --out",
-                        path.display()
-                    )));
+                if let Some(newest) = &newest {
+                    newest.check_is_ours(self.out, &file)?;
                 }
             }
         }
@@ -269,7 +266,7 @@ impl Work<'_> {
         } = self.run;
         let settings = settings(tasks, task);
         let output = out.join(&task.output);
-        let slot = self.shelf.slot(tasks, task);
+        let slot = self.shelf.slot(tasks, task, self.progress);
         let args = self.run.render_args(task, parser);
         let files = args
             .as_ref()
@@ -281,7 +278,8 @@ impl Work<'_> {
         let (mut watch, mut stats) = (Watch::start(), Stats::default());
         let attempt = AssertUnwindSafe(|| {
             let args = args?;
-            let loaded = self.shelf.loaded(&slot, (tasks, task), &args);
+            let with = (&args, self.run.hashes);
+            let loaded = self.shelf.loaded(&slot, (tasks, task), with);
             stats.stages.push(watch.stage("load"));
             let loaded = loaded?;
             let args = with_threads(args, self.threads);
@@ -290,19 +288,7 @@ impl Work<'_> {
             create_folder(output.parent().unwrap_or(out))?;
             let made = picture::rendered(&args, &output, loaded, (pool, progress), (watch, stats))?;
             made.place().map_err(CliError::from)?;
-            let of_file = |file: &PathBuf| {
-                let path = out.join(file);
-                let unread = |source| SaveError::Write {
-                    path: path.clone(),
-                    source,
-                };
-                Ok(Output {
-                    path: file.clone(),
-                    bytes: path.metadata().map_err(unread)?.len(),
-                    hash: file_hash(&path).map_err(unread)?,
-                })
-            };
-            let outputs: Result<Vec<Output>, CliError> = files.iter().map(of_file).collect();
+            let outputs = outputs_of(out, &files);
             stats.stages.push(watch.stage("write"));
             Ok(outputs?)
         });

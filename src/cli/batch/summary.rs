@@ -1,5 +1,6 @@
 //! `lanecast batch --merge`: joins the records of all runs, and names what is missing.
 
+use super::join;
 use super::key::{Hashes, settings};
 use super::records::{Known, Record, Standing};
 use super::tasks::Tasks;
@@ -45,10 +46,14 @@ pub fn merge(
         }
     }
     let done = chosen.len() - missing.len();
+    let joined = match tasks.of_picture() {
+        1 => String::new(),
+        _ => join::joined(tasks, (chosen, &missing), (out, hashes, known))?,
+    };
     let mut results = Results::default();
     results.outputs.add(&path, lines)?;
     results.commit(&format!(
-        "{}: {done} of {} tasks\n",
+        "{}: {done} of {} tasks{joined}\n",
         path.display(),
         chosen.len()
     ))?;

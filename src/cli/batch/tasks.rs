@@ -1,11 +1,11 @@
 //! The tasks of a job: the product of its axes, numbered in a fixed order, scenes outermost.
 
-use super::job::{Frame, Job, Orbit, nearest};
+use super::job::{Frame, Job, Orbit, Tile, nearest};
 use super::options::{arguments, parsed};
 use super::ranges::{MOST_NUMBERS, Ranges};
 use super::scenes;
 use super::template::{Field, Template, Value};
-use crate::cli::args::RenderArgs;
+use crate::cli::args::{RenderArgs, TileChoice, TileGrid};
 use crate::cli::error::CliError;
 use crate::scene::StandardView;
 use clap::Command;
@@ -13,7 +13,7 @@ use std::collections::HashMap;
 use std::ffi::OsString;
 use std::path::{Component, Path, PathBuf};
 
-/// The axes of a job. A task's number counts its frame, view, variant and scene, in this order.
+/// The axes of a job. A task's number counts its tile, frame, view, variant and scene, in this order.
 pub struct Tasks {
     /// The folder that scenes count from.
     folder: PathBuf,
@@ -21,7 +21,10 @@ pub struct Tasks {
     variants: Vec<Named>,
     views: Vec<Named>,
     frames: Vec<Option<u32>>,
+    tiles: Option<TileGrid>,
     template: Template,
+    /// By variant: the first variant that loads scenes alike.
+    loads: Vec<usize>,
     /// `lanecast render`, which parses the options of tasks.
     render: Command,
 }
@@ -33,7 +36,7 @@ struct Named {
     arguments: Vec<String>,
 }
 
-/// One picture.
+/// One picture, or a tile of it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Task {
     pub number: u32,
@@ -42,7 +45,10 @@ pub struct Task {
     variant: usize,
     view: usize,
     pub frame: Option<u32>,
+    pub tile: Option<TileChoice>,
     /// The picture, in the folder of the run.
+    pub picture: PathBuf,
+    /// That, or the file of the tile.
     pub output: PathBuf,
 }
 
@@ -63,34 +69,52 @@ impl Tasks {
         let variants = variants(job, &render).map_err(&failed)?;
         let scenes = scenes::found(&job.scene.0, path)?;
         let template = template(job, [views.len(), variants.len()]).map_err(&failed)?;
+        let tiles = job.tile.as_ref().map(Tile::grid).transpose();
+        let tiles = tiles.map_err(|why| failed(format!("tile: {why}")))?;
+        let of_picture = tiles.map_or(1, |grid| grid.count() as usize);
         let counts = [scenes.len(), variants.len(), views.len(), frames.len()];
-        let count: u128 = counts.iter().map(|n| *n as u128).product();
+        let counts = counts.into_iter().chain([of_picture]);
+        let count: u128 = counts.map(|n| n as u128).product();
         if count > u128::from(MOST_NUMBERS) {
             return Err(failed(format!(
                 "the job has {count} tasks; at most {MOST_NUMBERS} are possible: make several jobs \
                  of it"
             )));
         }
-        let tasks = Tasks {
+        let mut tasks = Tasks {
+            loads: Vec::new(),
             folder: path.parent().unwrap_or(Path::new("")).into(),
             scenes,
             variants,
             views,
             frames,
+            tiles,
             template,
             render,
         };
-        tasks.check(path)?;
+        tasks.loads = tasks.check(path)?;
         Ok(tasks)
     }
 
     pub fn len(&self) -> usize {
-        self.scenes.len() * self.variants.len() * self.views.len() * self.frames.len()
+        let pictures = self.variants.len() * self.views.len() * self.frames.len();
+        self.scenes.len() * pictures * self.of_picture()
+    }
+
+    /// Returns the number of tasks of each picture.
+    pub fn of_picture(&self) -> usize {
+        self.tiles.map_or(1, |grid| grid.count() as usize)
     }
 
     /// Returns the task of a number below [`Tasks::len`].
     pub fn task(&self, number: u32) -> Task {
         let row = number as usize;
+        let (row, tile) = (row / self.of_picture(), row % self.of_picture());
+        let picture = row as u32;
+        let tile = self.tiles.map(|grid| TileChoice {
+            number: tile as u32,
+            grid,
+        });
         let (row, frame) = (row / self.frames.len(), row % self.frames.len());
         let (row, view) = (row / self.views.len(), row % self.views.len());
         let (scene, variant) = (row / self.variants.len(), row % self.variants.len());
@@ -105,16 +129,32 @@ impl Tasks {
             Field::Camera => Value::Name(&self.views[view].name),
             Field::Variant => Value::Name(&self.variants[variant].name),
             Field::Frame => Value::Number(frame.unwrap_or(0)),
-            Field::Task => Value::Number(number),
+            Field::Task => Value::Number(picture),
         });
+        let picture = PathBuf::from(output);
         Task {
             number,
             scene,
             variant,
             view,
             frame,
-            output: output.into(),
+            tile,
+            output: match tile {
+                Some(tile) => of_tile(&picture, tile),
+                None => picture.clone(),
+            },
+            picture,
         }
+    }
+
+    /// Lists what the scenes are called in the job.
+    pub fn scenes(&self) -> impl Iterator<Item = &Path> {
+        self.scenes.iter().map(PathBuf::as_path)
+    }
+
+    /// Returns the number of tasks of each scene.
+    pub fn of_one_scene(&self) -> usize {
+        self.len() / self.scenes.len()
     }
 
     /// Returns what a task's scene is called in the job.
@@ -137,7 +177,7 @@ impl Tasks {
 
     /// Returns a number that tasks share which load their scene alike.
     pub fn loading(&self, task: &Task) -> usize {
-        task.scene * self.variants.len() + task.variant
+        task.scene * self.variants.len() + self.loads[task.variant]
     }
 
     /// Returns the options of a task, without its scene and output.
@@ -147,7 +187,8 @@ impl Tasks {
             .map(|i| format!("--frames={i}..{}", u64::from(i) + 1));
         let view = self.views[task.view].arguments.iter().cloned();
         let variant = self.variants[task.variant].arguments.iter().cloned();
-        view.chain(frames).chain(variant).collect()
+        let tile = task.tile.map(|tile| format!("--tile={tile}"));
+        view.chain(frames).chain(variant).chain(tile).collect()
     }
 
     /// Returns the arguments after `lanecast` by which the same picture is rendered alone.
@@ -174,15 +215,17 @@ impl Tasks {
     }
 
     /// Checks all options, once for each row that brings some, and that pictures have names of
-    /// their own inside of the folder.
-    fn check(&self, path: &Path) -> Result<(), CliError> {
+    /// their own inside of the folder. Returns, for each variant, the first that loads scenes alike.
+    fn check(&self, path: &Path) -> Result<Vec<usize>, CliError> {
         let failed = |why: String| CliError::Input(format!("{}: {why}", path.display()));
         let row = |variant: usize, view: usize| {
-            ((variant * self.views.len() + view) * self.frames.len()) as u32
+            let picture = (variant * self.views.len() + view) * self.frames.len();
+            (picture * self.of_picture()) as u32
         };
         let of_variants = (0..self.variants.len()).map(|variant| row(variant, 0));
         let of_views = (0..self.views.len()).map(|view| row(0, view));
         let mut render = self.parser();
+        let mut options: Vec<String> = Vec::new();
         for number in of_variants.chain(of_views) {
             let task = self.task(number);
             let of = match self.variant(&task) {
@@ -193,11 +236,18 @@ impl Tasks {
             let args = self
                 .render_args(&task, Path::new(""), &mut render)
                 .map_err(wrong)?;
-            super::picture::check(&args, &task.output).map_err(|e| wrong(e.to_string()))?;
+            super::picture::check(&args, &task.picture).map_err(|e| wrong(e.to_string()))?;
+            if options.len() < self.variants.len() {
+                options.push(format!("{:?}", args.load_options(Vec::new())));
+            }
         }
         let mut first: HashMap<PathBuf, u32> = HashMap::new();
         for number in 0..self.len() as u32 {
-            let output = self.task(number).output;
+            let task = self.task(number);
+            if task.tile.is_some_and(|tile| tile.number > 0) {
+                continue;
+            }
+            let output = task.picture;
             let inside = |part: Component| matches!(part, Component::Normal(_));
             if !output.components().all(inside) || output.file_name().is_none() {
                 return Err(failed(format!(
@@ -210,7 +260,8 @@ impl Tasks {
                 return Err(failed(self.same(other, number)));
             }
         }
-        Ok(())
+        let first = |own: &String| options.iter().position(|other| other == own);
+        Ok(options.iter().filter_map(first).collect())
     }
 
     /// Says what tells two tasks apart that would write the same picture.
@@ -233,9 +284,16 @@ impl Tasks {
             "output: tasks {} and {} would both write {}; add {place} to it",
             a.number,
             b.number,
-            a.output.display()
+            a.picture.display()
         )
     }
+}
+
+/// Returns the file of a picture's tile: `a/x.png` has `a/x.png.tiles/03.tile`.
+fn of_tile(picture: &Path, tile: TileChoice) -> PathBuf {
+    let mut folder = picture.as_os_str().to_os_string();
+    folder.push(".tiles");
+    Path::new(&folder).join(format!("{:02}.tile", tile.number))
 }
 
 /// Returns a path without `a/..`, where that leads to the same file.

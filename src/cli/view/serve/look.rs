@@ -110,6 +110,11 @@ impl Base {
                 "a page shows whole pictures",
             ),
             (
+                "--tile",
+                render.outputs.tile.is_some(),
+                "a page shows whole pictures",
+            ),
+            (
                 "--frames",
                 render.sequence.frames.is_some(),
                 "a page shows one picture at a time",

@@ -6,7 +6,9 @@ use super::output;
 use crate::io::LoadError;
 use crate::io::{self, LoadOptions};
 use crate::render::RenderConfig;
-use crate::scene::{Camera, Cameras, Instances, Outlook, Scene, ShapeId, UnknownCamera};
+use crate::scene::{
+    Camera, Cameras, Instances, Lens, Outlook, Projection, Scene, ShapeId, UnknownCamera,
+};
 use glam::DVec3;
 use std::path::Path;
 
@@ -26,7 +28,7 @@ pub fn pick_camera(cameras: &Cameras, asked: Option<&str>) -> Result<Option<usiz
     cameras.pick(asked).map_err(unknown)
 }
 
-/// Replaces the scene's cameras by the one that `--view`, `--orbit`, `--fit` or `--eye` asks for, if
+/// Replaces the scene's cameras by the one that `--view`, `--orbit`, `--fit`, `--eye` or `--pose` asks for, if
 /// any, and returns the configuration that sees it. Errors name the file `path`.
 pub fn viewed(
     scene: Scene,
@@ -49,8 +51,9 @@ pub fn viewed_at(
     args: &ViewArgs,
     path: &Path,
 ) -> Result<Scene, CliError> {
-    let placed = match (args.eye, args.look_at) {
-        (Some(eye), Some(look_at)) => Some(placed(&scene, (eye, look_at), args)?),
+    let placed = match (args.pose, args.eye, args.look_at) {
+        (Some(pose), ..) => Some(posed(&scene, pose, args)?),
+        (_, Some(eye), Some(look_at)) => Some(placed(&scene, (eye, look_at), args)?),
         _ => None,
     };
     let asked = args.orbit.or(args.view.map(|view| view.outlook()));
@@ -92,24 +95,37 @@ fn fitted(camera: &Camera) -> Result<Outlook, CliError> {
     })
 }
 
+/// Returns the projection and the lens of a camera that is placed: those asked for, else those of
+/// the scene's camera, else the default view's.
+fn optics(scene: &Scene, args: &ViewArgs) -> Result<(Projection, Option<Lens>), CliError> {
+    let row = pick_camera(&scene.cameras, args.camera.as_deref())?;
+    let own = row.map(|row| scene.cameras.rows[row]);
+    Ok(match (args.projection(), own) {
+        (Some(asked), _) => (asked, None),
+        (None, Some(own)) => (own.projection, own.lens),
+        (None, None) => (Outlook::default().projection, None),
+    })
+}
+
+/// Returns the camera of `--pose`.
+fn posed(scene: &Scene, pose: [[f64; 4]; 3], args: &ViewArgs) -> Result<Camera, CliError> {
+    let (projection, lens) = optics(scene, args)?;
+    match Camera::at_pose(pose, projection) {
+        Some(camera) => Ok(Camera { lens, ..camera }),
+        None => Err(CliError::Usage("--pose is no rotation".into())),
+    }
+}
+
 /// Returns the camera of `--eye`.
 fn placed(
     scene: &Scene,
     (eye, look_at): (DVec3, DVec3),
     args: &ViewArgs,
 ) -> Result<Camera, CliError> {
-    let row = pick_camera(&scene.cameras, args.camera.as_deref())?;
-    let own = row.map(|row| scene.cameras.rows[row]);
-    let projection = match (args.projection(), own) {
-        (Some(asked), _) => asked,
-        (None, Some(own)) => own.projection,
-        (None, None) => Outlook::default().projection,
-    };
+    let (projection, lens) = optics(scene, args)?;
     let up = args.up.unwrap_or(DVec3::Y);
     let camera = Camera {
-        lens: own
-            .filter(|_| args.projection().is_none())
-            .and_then(|own| own.lens),
+        lens,
         ..Camera::looking_at(eye, look_at, up, projection)
     };
     let axes = [camera.right, camera.up, camera.forward];

@@ -57,7 +57,9 @@ pub use mattes::{Matte, matte_id};
 pub use mitsuba::{MitsubaError, MitsubaPicture, MitsubaScene, mitsuba_scene};
 pub use native::{NativeError, NativeScene, json_schema, native_scene};
 pub use parts::{Part, PartHeader};
-pub use png::encode as png_bytes;
+pub use png::{
+    encode as png_bytes, mask as mask_png, numbers as number_png, triples as triple_png,
+};
 pub use polynomials::{KnownRoot, Listed, load_polynomials};
 pub use pov::{PovError, text as pov_text, warning as pov_warning};
 pub use rays::{RaySet, TriangleSet};

@@ -25,13 +25,51 @@ pub fn encode(
         (Bits::Sixteen, false) => (high(picture, development), ExtendedColorType::Rgb16),
         (Bits::Sixteen, true) => (high(picture, development), ExtendedColorType::Rgba16),
     };
+    written(&samples, (picture.width, picture.height), kind, path)
+}
+
+/// Encodes numbers, one a pixel and row by row, as grey of 16 bits: no colour, and no curve.
+pub fn numbers(
+    width: u32,
+    height: u32,
+    numbers: &[u16],
+    path: &Path,
+) -> Result<Vec<u8>, SaveError> {
+    let samples: Vec<u8> = numbers.iter().flat_map(|n| n.to_ne_bytes()).collect();
+    written(&samples, (width, height), ExtendedColorType::L16, path)
+}
+
+/// Encodes numbers, three a pixel and row by row, as channels of 16 bits without a curve.
+pub fn triples(
+    width: u32,
+    height: u32,
+    triples: &[[u16; 3]],
+    path: &Path,
+) -> Result<Vec<u8>, SaveError> {
+    let samples = triples.iter().flatten();
+    let samples: Vec<u8> = samples.flat_map(|n| n.to_ne_bytes()).collect();
+    written(&samples, (width, height), ExtendedColorType::Rgb16, path)
+}
+
+/// Encodes a mask as grey of 8 bits: 255 where it holds, else 0.
+pub fn mask(width: u32, height: u32, mask: &[bool], path: &Path) -> Result<Vec<u8>, SaveError> {
+    let samples: Vec<u8> = mask.iter().map(|is| if *is { 255 } else { 0 }).collect();
+    written(&samples, (width, height), ExtendedColorType::L8, path)
+}
+
+fn written(
+    samples: &[u8],
+    (width, height): (u32, u32),
+    kind: ExtendedColorType,
+    path: &Path,
+) -> Result<Vec<u8>, SaveError> {
     let mut bytes = Vec::new();
-    PngEncoder::new(&mut bytes)
-        .write_image(&samples, picture.width, picture.height, kind)
-        .map_err(|e| SaveError::Encode {
-            path: path.into(),
-            message: e.to_string(),
-        })?;
+    let encoder = PngEncoder::new(&mut bytes);
+    let encoded = encoder.write_image(samples, width, height, kind);
+    encoded.map_err(|e| SaveError::Encode {
+        path: path.into(),
+        message: e.to_string(),
+    })?;
     Ok(bytes)
 }
 

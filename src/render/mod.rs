@@ -21,6 +21,7 @@ mod paths;
 mod pixel_order;
 mod progress;
 mod sampler;
+mod silhouettes;
 mod slices;
 mod sums;
 mod tile;
@@ -44,9 +45,10 @@ pub(crate) use pixel_order::{BLOCK, every_second_bit};
 pub use progress::Progress;
 pub use sampler::sample_position;
 pub(crate) use sampler::{mix, unit};
+pub use silhouettes::{Rectangle, silhouette};
 pub use slices::{Slice, SliceError, Slices};
 pub use tile::{
-    FinishedTile, RenderError, Rendered, View, render, render_after, render_blurred,
+    FinishedTile, RenderError, Rendered, View, Worker, render, render_after, render_blurred,
     render_showing, render_with,
 };
 pub use window::Window;

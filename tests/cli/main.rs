@@ -10,6 +10,7 @@ mod bench;
 mod commands;
 mod compare;
 mod convert;
+mod datasets;
 mod display;
 mod every_scene;
 mod extremes;

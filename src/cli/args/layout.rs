@@ -5,7 +5,7 @@ use super::page::HIDDEN;
 use clap::Command;
 
 /// Headings, and the options below each, by the names of their fields.
-const HEADINGS: [(&str, &[&str]); 6] = [
+const HEADINGS: [(&str, &[&str]); 7] = [
     (
         "Light and samples",
         &[
@@ -56,6 +56,7 @@ const HEADINGS: [(&str, &[&str]); 6] = [
             "accel", "kd_stop", "kd_depth", "kd_leaf", "kd_clip", "quality", "lanes",
         ],
     ),
+    ("Measured cameras", &["pose", "k"]),
     ("Progress and records", &["progress", "stats"]),
 ];
 

@@ -1,7 +1,8 @@
 //! Options that choose from where a scene is seen.
 
+use super::values::parse_size;
 use super::values::{parse_offset, parse_positive};
-use crate::scene::{Outlook, Projection, StandardView};
+use crate::scene::{Calibration, Camera, Outlook, Projection, StandardView};
 use clap::Args;
 use glam::DVec3;
 
@@ -38,6 +39,15 @@ pub struct ViewArgs {
     /// See by parallel rays from --eye, in a picture of this height in world units
     #[arg(long, value_name = "HEIGHT", requires = "eye", value_parser = parse_positive)]
     pub orthographic: Option<f64>,
+    /// Place the camera by world_from_camera: three rows of a rotation and the eye, 12 numbers, of
+    /// axes as OpenCV's: x to the right, y down, z ahead; it keeps the projection and lens of
+    /// --camera, or has that of --k
+    #[arg(long, value_name = "ROWS", allow_hyphen_values = true, conflicts_with_all = ["view", "orbit", "eye", "fit"], value_parser = parse_pose)]
+    pub pose: Option<[[f64; 4]; 3]>,
+    /// The pinhole of --pose as OpenCV measures it: focal lengths and the pixel on the axis, the
+    /// first pixel's centre at 0,0, of pictures of W by H, and perhaps distortion
+    #[arg(long, value_name = "FX,FY,CX,CY,W,H[,K1,K2,P1,P2[,K3]]", allow_hyphen_values = true, requires = "pose", value_parser = parse_calibration)]
+    pub k: Option<Calibration>,
 }
 
 impl ViewArgs {
@@ -49,12 +59,14 @@ impl ViewArgs {
         let parallel = self.orthographic.map(|height| Projection::Orthographic {
             half_height: height * 0.5,
         });
-        perspective.or(parallel)
+        let measured = self.k.map(Projection::Calibrated);
+        measured.or(perspective).or(parallel)
     }
 
     /// Says whether the scene's own cameras are replaced.
     pub fn replaces_cameras(&self) -> bool {
-        self.view.is_some() || self.orbit.is_some() || self.fit || self.eye.is_some()
+        let is_placed = self.eye.is_some() || self.pose.is_some();
+        self.view.is_some() || self.orbit.is_some() || self.fit || is_placed
     }
 }
 
@@ -102,6 +114,44 @@ fn parse_orbit(text: &str) -> Result<Outlook, String> {
     })
 }
 
+/// Reads numbers that are finite, separated by commas.
+fn finite(text: &str) -> Option<Vec<f64>> {
+    let number = |x: &str| x.trim().parse().ok().filter(|x: &f64| x.is_finite());
+    text.split(',').map(number).collect()
+}
+
+fn parse_pose(text: &str) -> Result<[[f64; 4]; 3], String> {
+    let numbers = finite(text).filter(|numbers| numbers.len() == 12);
+    let numbers = numbers.ok_or("write 12 finite numbers, three rows of four")?;
+    let rows = [0, 1, 2].map(|row| std::array::from_fn(|column| numbers[4 * row + column]));
+    match Camera::at_pose(rows, Outlook::default().projection) {
+        Some(_) => Ok(rows),
+        None => Err(
+            "the first three columns are no rotation within 0.001; write \
+                     world_from_camera without a scale"
+                .into(),
+        ),
+    }
+}
+
+fn parse_calibration(text: &str) -> Result<Calibration, String> {
+    let numbers = finite(text).filter(|numbers| matches!(numbers.len(), 6 | 10 | 11));
+    let numbers = numbers.ok_or(
+        "write FX,FY,CX,CY,W,H, and perhaps K1,K2,P1,P2 or K1,K2,P1,P2,K3, as finite numbers",
+    )?;
+    let size = parse_size(&format!("{}x{}", numbers[4], numbers[5]))?;
+    if numbers[0] <= 0.0 || numbers[1] <= 0.0 {
+        return Err("focal lengths are above 0".into());
+    }
+    let distortion = std::array::from_fn(|i| numbers.get(6 + i).copied().unwrap_or(0.0));
+    Ok(Calibration {
+        focal: [numbers[0], numbers[1]],
+        center: [numbers[2], numbers[3]],
+        size: [size.width, size.height],
+        distortion,
+    })
+}
+
 fn parse_view(text: &str) -> Result<StandardView, String> {
     let found = StandardView::ALL.iter().find(|(name, _)| *name == text);
     found
@@ -112,6 +162,34 @@ fn parse_view(text: &str) -> Result<StandardView, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn measured_cameras_are_read_and_wrong_ones_refused() {
+        let rows = parse_pose("1,0,0,5, 0,-1,0,6, 0,0,-1,7").unwrap();
+        assert_eq!(rows[2], [0.0, 0.0, -1.0, 7.0]);
+        for wrong in [
+            "",
+            "1,0,0,5",
+            "2,0,0,5,0,2,0,6,0,0,2,7",
+            "1,0,0,5,0,1,0,6,0,0,-1,7",
+            "1,0,0,nan,0,1,0,6,0,0,1,7",
+        ] {
+            assert!(parse_pose(wrong).is_err(), "{wrong}");
+        }
+        let k = parse_calibration("500,501,319.5,239.5,640,480,0.1,-0.2,1e-3,0").unwrap();
+        assert_eq!((k.focal, k.size), ([500.0, 501.0], [640, 480]));
+        assert_eq!(k.distortion, [0.1, -0.2, 1e-3, 0.0, 0.0]);
+        for wrong in [
+            "",
+            "1,1,0,0",
+            "0,1,0,0,9,9",
+            "1,1,0,0,0,9",
+            "1,1,0,0,9.5,9",
+            "1,1,0,0,9,9,1",
+        ] {
+            assert!(parse_calibration(wrong).is_err(), "{wrong}");
+        }
+    }
 
     #[test]
     fn a_round_begins_at_the_front_and_goes_to_the_right() {

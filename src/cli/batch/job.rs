@@ -1,5 +1,6 @@
 //! The job file: what it says, in TOML or JSON, and the messages where it says it wrongly.
 
+use super::dataset::{CameraFile, DatasetSettings, Random};
 use crate::cli::args::TileGrid;
 use crate::cli::error::CliError;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
@@ -27,9 +28,9 @@ pub struct Job {
     format: u32,
     /// Paths, globs and `@lists`, relative to the folder of the job file.
     pub scene: Many<String>,
-    /// Names or numbers of cameras.
+    /// Names or numbers of cameras, or files of poses.
     #[serde(default)]
-    pub camera: Many<String>,
+    pub camera: Many<CameraChoice>,
     /// Standard views.
     #[serde(default)]
     pub view: Many<String>,
@@ -48,6 +49,22 @@ pub struct Job {
     /// Options of `lanecast render`, by their names.
     #[serde(default)]
     pub render: Map<String, Value>,
+    /// Options that are drawn by chance.
+    pub random: Option<Random>,
+    /// What is written about each picture for those who learn from it.
+    pub dataset: Option<DatasetSettings>,
+}
+
+/// A camera of the scenes, or those of a file.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(
+    untagged,
+    expecting = "expected the name of a camera, or { file = \"transforms.json\" } with frames, size \
+                 and scale, if these are needed"
+)]
+pub enum CameraChoice {
+    Named(String),
+    Posed(CameraFile),
 }
 
 /// Views evenly about the scene, which each frames.

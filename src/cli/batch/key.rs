@@ -42,6 +42,9 @@ pub fn settings(tasks: &Tasks, task: &Task) -> String {
         .options(task)
         .iter()
         .for_each(|option| field(option.as_bytes()));
+    if let Some(text) = tasks.of_dataset(task) {
+        field(text.as_bytes());
+    }
     hex(hash)
 }
 

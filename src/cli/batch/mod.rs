@@ -5,6 +5,7 @@
 //! machine, so that there are no locks: several processes may work in one folder.
 
 mod alone;
+mod dataset;
 mod end;
 mod job;
 mod join;

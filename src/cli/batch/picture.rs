@@ -4,6 +4,7 @@
 //! with other views; another time, or a task beside, gets a top-level tree of its own over the same
 //! trees. No bit shows it (docs/ARCHITECTURE.md, Trees).
 
+use super::dataset::{self, Sample};
 use crate::accel::{Structure, World};
 use crate::cli::args::RenderArgs;
 use crate::cli::denoise::{self, Denoiser};
@@ -138,14 +139,15 @@ pub fn files(args: &RenderArgs, output: &Path) -> Result<Vec<PathBuf>, CliError>
     Ok(files)
 }
 
-/// Renders a task, and returns its files, which the caller commits.
+/// Renders a task, and returns its files, which the caller commits, and the names of those that its
+/// data set has, if it is of one.
 pub fn rendered(
     args: &RenderArgs,
     output: &Path,
-    loaded: &Loaded,
+    (loaded, sample): (&Loaded, Option<&Sample>),
     (pool, progress): (&ThreadPool, &Progress),
     (watch, stats): (&mut Watch, &mut Stats),
-) -> Result<Outputs, CliError> {
+) -> Result<(Outputs, Vec<PathBuf>), CliError> {
     let config = args.config()?;
     let development = args.development.checked(output)?;
     let denoiser = Denoiser::load(args.outputs.denoise)?;
@@ -191,6 +193,10 @@ pub fn rendered(
     };
     let asked = config.aovs;
     let config = motion::rendered(config);
+    let config = match sample {
+        Some(_) => dataset::rendered(config),
+        None => config,
+    };
     let config = match &denoiser {
         Some(denoiser) => denoiser.rendered(config)?,
         None => config,
@@ -233,6 +239,14 @@ pub fn rendered(
         aovs: asked,
         ..config
     };
+    let mut outputs = Outputs::default();
+    let files = sample.map(|sample| {
+        let add = || sample.add(&mut picture, &config, &view, progress, &mut outputs);
+        let files = prepared.pool.install(add);
+        stats.stages.push(watch.stage("dataset"));
+        files
+    });
+    let files = files.transpose()?.unwrap_or_default();
     let shown = motion::Shown {
         scene: &prepared.scene,
         instances: &prepared.instances,
@@ -253,7 +267,6 @@ pub fn rendered(
     };
     let mean = rendered.reached.map(|reached| reached.mean_samples);
     picture.metadata = metadata::of(told, (&config, &view.camera, path), (&picture, mean), stats);
-    let mut outputs = Outputs::default();
     if let Some(denoiser) = &denoiser {
         let (filtered, _) = denoiser.filter(&mut picture, &asked, config.threads)?;
         filtered.save_into(&denoise::beside(output), &development, &mut outputs)?;
@@ -261,5 +274,5 @@ pub fn rendered(
     }
     let key = config.window.map(|_| window_key(&view, &config));
     tile::save(picture, output, (&config, &development), key, &mut outputs)?;
-    Ok(outputs)
+    Ok((outputs, files))
 }

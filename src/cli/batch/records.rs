@@ -220,6 +220,20 @@ impl Known {
         self.tasks.get(settings)?.last.as_ref()?.error.as_ref()
     }
 
+    /// Removes files that a task had when it was done before and has no longer, as masks of objects
+    /// that are gone.
+    pub fn remove_others(&self, settings: &str, files: &[PathBuf], folder: &Path) {
+        let last = self
+            .tasks
+            .get(settings)
+            .and_then(|history| history.last.as_ref());
+        let outputs = last.iter().flat_map(|record| &record.outputs);
+        for output in outputs.filter(|output| !files.contains(&output.path)) {
+            // One that is gone already, or cannot be removed, harms no task.
+            let _ = fs::remove_file(folder.join(&output.path));
+        }
+    }
+
     /// Returns how often a task was started.
     pub fn starts(&self, settings: &str) -> u32 {
         self.tasks.get(settings).map_or(0, |history| history.starts)

@@ -4,6 +4,7 @@
 //! `--memory` has room for (`shelf.rs`).
 
 use super::alone;
+use super::dataset::Sample;
 use super::end::{End, panicked};
 use super::key::{Hashes, settings};
 use super::picture;
@@ -196,9 +197,11 @@ impl<'r> Run<'r> {
     fn check_files<'n>(&self, numbers: impl Iterator<Item = &'n u32>) -> Result<(), CliError> {
         let mut newest = None;
         for number in numbers {
-            let output = self.tasks.task(*number).output;
+            let task = self.tasks.task(*number);
+            let (of_dataset, _) = self.tasks.beside(&task);
+            let output = task.output;
             let beside = [output.with_extension("aov.exr"), denoise::beside(&output)];
-            for file in [output].into_iter().chain(beside) {
+            for file in [output].into_iter().chain(beside).chain(of_dataset) {
                 let path = self.out.join(&file);
                 if self.known.names(&file) || path.symlink_metadata().is_err() {
                     continue;
@@ -217,10 +220,11 @@ impl<'r> Run<'r> {
 
     /// Removes what killed processes have left in the folders of some tasks.
     fn sweep(&self, numbers: &[u32]) {
-        let output = |number: &u32| self.out.join(self.tasks.task(*number).output);
-        let folder = |output: PathBuf| output.parent().map(Path::to_path_buf);
-        let folders: BTreeSet<PathBuf> = numbers.iter().map(output).filter_map(folder).collect();
-        folders.iter().for_each(|folder| sweep(folder));
+        let beside = |number: &u32| self.tasks.beside(&self.tasks.task(*number)).1;
+        let folders: BTreeSet<PathBuf> = numbers.iter().flat_map(beside).collect();
+        folders
+            .iter()
+            .for_each(|folder| sweep(&self.out.join(folder)));
     }
 
     fn render_args(&self, task: &Task, parser: &mut clap::Command) -> Result<RenderArgs, End> {
@@ -272,7 +276,8 @@ impl Work<'_> {
             .as_ref()
             .ok()
             .and_then(|args| picture::files(args, &task.output).ok());
-        let files = files.unwrap_or_else(|| vec![task.output.clone()]);
+        let mut files = files.unwrap_or_else(|| vec![task.output.clone()]);
+        files.extend(tasks.beside(task).0);
         let started = Record::started(task.number, &settings, known.starts(&settings) + 1, &files);
         lock(&self.writer).append(&started)?;
         let (mut watch, mut stats) = (Watch::start(), Stats::default());
@@ -286,8 +291,20 @@ impl Work<'_> {
             let (pool, progress) = (&self.pool, self.progress);
             let (watch, stats) = (&mut watch, &mut stats);
             create_folder(output.parent().unwrap_or(out))?;
-            let made = picture::rendered(&args, &output, loaded, (pool, progress), (watch, stats))?;
+            let sample = tasks.dataset.as_ref().map(|settings| Sample {
+                tasks,
+                task,
+                out,
+                settings,
+            });
+            let of = (loaded, sample.as_ref());
+            let made = picture::rendered(&args, &output, of, (pool, progress), (watch, stats));
+            let (made, more) = made?;
             made.place().map_err(CliError::from)?;
+            files.extend(more);
+            files.sort();
+            files.dedup();
+            known.remove_others(&settings, &files, out);
             let outputs = outputs_of(out, &files);
             stats.stages.push(watch.stage("write"));
             Ok(outputs?)

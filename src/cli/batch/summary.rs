@@ -1,5 +1,6 @@
 //! `lanecast batch --merge`: joins the records of all runs, and names what is missing.
 
+use super::dataset;
 use super::join;
 use super::key::{Hashes, settings};
 use super::records::{Known, Record, Standing};
@@ -21,11 +22,13 @@ pub fn merge(
 ) -> Result<(), CliError> {
     let path = out.join("records.jsonl");
     let (mut lines, mut missing) = (Vec::new(), Vec::new());
+    let mut there = Vec::new();
     let mut reasons = String::new();
     for number in chosen {
         let task = tasks.task(*number);
         match known.standing(&settings(tasks, &task), (out, hashes), false) {
             Standing::Done(record) => {
+                there.push(task);
                 // Numbers are those of the job as it is.
                 let record = Record {
                     task: *number,
@@ -52,9 +55,18 @@ pub fn merge(
     };
     let mut results = Results::default();
     results.outputs.add(&path, lines)?;
+    let mut written = vec![path];
+    if let Some(settings) = &tasks.dataset {
+        let names = dataset::write((tasks, settings), &there, out, &mut results.outputs)?;
+        written.extend(names.iter().map(|name| out.join(name)));
+    }
+    let written: Vec<String> = written
+        .iter()
+        .map(|path| path.display().to_string())
+        .collect();
     results.commit(&format!(
         "{}: {done} of {} tasks{joined}\n",
-        path.display(),
+        written.join(", "),
         chosen.len()
     ))?;
     match missing.is_empty() {

@@ -1,6 +1,7 @@
 //! The tasks of a job: the product of its axes, numbered in a fixed order, scenes outermost.
 
-use super::job::{Frame, Job, Orbit, Tile, nearest};
+use super::dataset::{DatasetSettings, Format, Random, bop_picture, check_dataset, check_random};
+use super::job::{CameraChoice, Frame, Job, Orbit, Tile, nearest};
 use super::options::{arguments, parsed};
 use super::ranges::{MOST_NUMBERS, Ranges};
 use super::scenes;
@@ -13,7 +14,8 @@ use std::collections::HashMap;
 use std::ffi::OsString;
 use std::path::{Component, Path, PathBuf};
 
-/// The axes of a job. A task's number counts its tile, frame, view, variant and scene, in this order.
+/// The axes of a job. A task's number counts its tile, frame, draw, view, variant and scene, in this
+/// order.
 pub struct Tasks {
     /// The folder that scenes count from.
     folder: PathBuf,
@@ -21,10 +23,13 @@ pub struct Tasks {
     variants: Vec<Named>,
     views: Vec<Named>,
     frames: Vec<Option<u32>>,
+    random: Option<Random>,
     tiles: Option<TileGrid>,
     template: Template,
     /// By variant: the first variant that loads scenes alike.
     loads: Vec<usize>,
+    /// What is written about each picture, if something is.
+    pub dataset: Option<DatasetSettings>,
     /// `lanecast render`, which parses the options of tasks.
     render: Command,
 }
@@ -44,6 +49,7 @@ pub struct Task {
     pub scene: usize,
     variant: usize,
     view: usize,
+    draw: u32,
     pub frame: Option<u32>,
     pub tile: Option<TileChoice>,
     /// The picture, in the folder of the run.
@@ -65,16 +71,32 @@ impl Tasks {
                 ranges.numbers().map(Some).collect()
             }
         };
-        let views = views(job).map_err(&failed)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let views = views(job, folder).map_err(&failed)?;
         let variants = variants(job, &render).map_err(&failed)?;
+        check_random(job, &render).map_err(|why| failed(format!("[random]: {why}")))?;
+        check_dataset(job).map_err(|why| failed(format!("[dataset]: {why}")))?;
+        let draws = job
+            .random
+            .as_ref()
+            .map_or(1, |random| random.count as usize);
         let scenes = scenes::found(&job.scene.0, path)?;
         let template = template(job, [views.len(), variants.len()]).map_err(&failed)?;
         let tiles = job.tile.as_ref().map(Tile::grid).transpose();
         let tiles = tiles.map_err(|why| failed(format!("tile: {why}")))?;
-        let of_picture = tiles.map_or(1, |grid| grid.count() as usize);
-        let counts = [scenes.len(), variants.len(), views.len(), frames.len()];
-        let counts = counts.into_iter().chain([of_picture]);
-        let count: u128 = counts.map(|n| n as u128).product();
+        if tiles.is_some() && job.dataset.is_some() {
+            let why = "tile: a data set is made of whole pictures; leave out [dataset] or tile";
+            return Err(failed(why.into()));
+        }
+        let counts = [
+            scenes.len(),
+            variants.len(),
+            views.len(),
+            draws,
+            frames.len(),
+            tiles.map_or(1, |grid| grid.count() as usize),
+        ];
+        let count: u128 = counts.iter().map(|n| *n as u128).product();
         if count > u128::from(MOST_NUMBERS) {
             return Err(failed(format!(
                 "the job has {count} tasks; at most {MOST_NUMBERS} are possible: make several jobs \
@@ -83,13 +105,15 @@ impl Tasks {
         }
         let mut tasks = Tasks {
             loads: Vec::new(),
-            folder: path.parent().unwrap_or(Path::new("")).into(),
+            folder: folder.into(),
             scenes,
             variants,
             views,
             frames,
+            random: job.random.clone(),
             tiles,
             template,
+            dataset: job.dataset.clone(),
             render,
         };
         tasks.loads = tasks.check(path)?;
@@ -97,13 +121,27 @@ impl Tasks {
     }
 
     pub fn len(&self) -> usize {
-        let pictures = self.variants.len() * self.views.len() * self.frames.len();
-        self.scenes.len() * pictures * self.of_picture()
+        self.loadings_of_axes() * self.of_loading()
     }
 
     /// Returns the number of tasks of each picture.
     pub fn of_picture(&self) -> usize {
         self.tiles.map_or(1, |grid| grid.count() as usize)
+    }
+
+    /// Returns the number of tasks of a scene in one variant.
+    fn of_loading(&self) -> usize {
+        self.views.len() * self.draws() * self.frames.len() * self.of_picture()
+    }
+
+    fn draws(&self) -> usize {
+        self.random
+            .as_ref()
+            .map_or(1, |random| random.count as usize)
+    }
+
+    fn loadings_of_axes(&self) -> usize {
+        self.scenes.len() * self.variants.len()
     }
 
     /// Returns the task of a number below [`Tasks::len`].
@@ -116,6 +154,7 @@ impl Tasks {
             grid,
         });
         let (row, frame) = (row / self.frames.len(), row % self.frames.len());
+        let (row, draw) = (row / self.draws(), row % self.draws());
         let (row, view) = (row / self.views.len(), row % self.views.len());
         let (scene, variant) = (row / self.variants.len(), row % self.variants.len());
         let frame = self.frames[frame];
@@ -129,21 +168,26 @@ impl Tasks {
             Field::Camera => Value::Name(&self.views[view].name),
             Field::Variant => Value::Name(&self.variants[variant].name),
             Field::Frame => Value::Number(frame.unwrap_or(0)),
+            Field::Draw => Value::Number(draw as u32),
             Field::Task => Value::Number(picture),
         });
-        let picture = PathBuf::from(output);
+        let name: PathBuf = match self.dataset.as_ref().is_some_and(|d| d.writes(Format::Bop)) {
+            true => bop_picture(number).into(),
+            false => output.into(),
+        };
         Task {
             number,
             scene,
             variant,
             view,
+            draw: draw as u32,
             frame,
             tile,
             output: match tile {
-                Some(tile) => of_tile(&picture, tile),
-                None => picture.clone(),
+                Some(tile) => of_tile(&name, tile),
+                None => name.clone(),
             },
-            picture,
+            picture: name,
         }
     }
 
@@ -177,7 +221,32 @@ impl Tasks {
 
     /// Returns a number that tasks share which load their scene alike.
     pub fn loading(&self, task: &Task) -> usize {
-        task.scene * self.variants.len() + self.loads[task.variant]
+        match self.loads_each_draw() {
+            true => self.sequence(task),
+            false => task.scene * self.variants.len() + self.loads[task.variant],
+        }
+    }
+
+    /// Counts the numbers of [`Tasks::loading`].
+    pub fn loadings(&self) -> usize {
+        match self.loads_each_draw() {
+            true => self.sequences(),
+            false => self.loadings_of_axes(),
+        }
+    }
+
+    /// Returns a number that tasks share which differ in their frames and tiles alone.
+    pub fn sequence(&self, task: &Task) -> usize {
+        task.number as usize / (self.frames.len() * self.of_picture())
+    }
+
+    /// Counts the numbers of [`Tasks::sequence`].
+    pub fn sequences(&self) -> usize {
+        self.len() / (self.frames.len() * self.of_picture())
+    }
+
+    fn loads_each_draw(&self) -> bool {
+        self.random.as_ref().is_some_and(Random::changes_scenes)
     }
 
     /// Returns the options of a task, without its scene and output.
@@ -188,7 +257,10 @@ impl Tasks {
         let view = self.views[task.view].arguments.iter().cloned();
         let variant = self.variants[task.variant].arguments.iter().cloned();
         let tile = task.tile.map(|tile| format!("--tile={tile}"));
-        view.chain(frames).chain(variant).chain(tile).collect()
+        let drawn = self.random.iter();
+        let drawn = drawn.flat_map(|random| random.arguments(self.sequence(task) as u32));
+        let of_view = view.chain(frames).chain(drawn);
+        of_view.chain(variant).chain(tile).collect()
     }
 
     /// Returns the arguments after `lanecast` by which the same picture is rendered alone.
@@ -219,8 +291,8 @@ impl Tasks {
     fn check(&self, path: &Path) -> Result<Vec<usize>, CliError> {
         let failed = |why: String| CliError::Input(format!("{}: {why}", path.display()));
         let row = |variant: usize, view: usize| {
-            let picture = (variant * self.views.len() + view) * self.frames.len();
-            (picture * self.of_picture()) as u32
+            let of_view = self.of_loading() / self.views.len();
+            (variant * self.of_loading() + view * of_view) as u32
         };
         let of_variants = (0..self.variants.len()).map(|variant| row(variant, 0));
         let of_views = (0..self.views.len()).map(|view| row(0, view));
@@ -247,6 +319,7 @@ impl Tasks {
             if task.tile.is_some_and(|tile| tile.number > 0) {
                 continue;
             }
+            let (beside, _) = self.beside(&task);
             let output = task.picture;
             let inside = |part: Component| matches!(part, Component::Normal(_));
             if !output.components().all(inside) || output.file_name().is_none() {
@@ -256,8 +329,10 @@ impl Tasks {
                     output.display()
                 )));
             }
-            if let Some(other) = first.insert(output, number) {
-                return Err(failed(self.same(other, number)));
+            for file in std::iter::once(output).chain(beside) {
+                if let Some(other) = first.insert(file, number) {
+                    return Err(failed(self.same(other, number)));
+                }
             }
         }
         let first = |own: &String| options.iter().position(|other| other == own);
@@ -274,6 +349,7 @@ impl Tasks {
             (true, ..) => "{folder}",
             (_, true, _) => "{variant}",
             (_, _, true) => "{camera}",
+            _ if a.draw != b.draw => "{draw:05}",
             _ => "{frame:04}",
         };
         let place = match self.template.has(Field::Folder) && place == "{folder}" {
@@ -322,6 +398,7 @@ fn template(job: &Job, [views, variants]: [usize; 2]) -> Result<Template, String
         let axes = [
             (views > 1, "_{camera}"),
             (variants > 1, "_{variant}"),
+            (job.random.is_some(), "_{draw:05}"),
             (job.frame.is_some(), "_{frame:04}"),
         ];
         axes.iter()
@@ -344,6 +421,7 @@ fn template(job: &Job, [views, variants]: [usize; 2]) -> Result<Template, String
             "variant",
         ),
         (Field::Frame, job.frame.is_some(), "{frame}", "frame"),
+        (Field::Draw, job.random.is_some(), "{draw}", "[random]"),
     ];
     for (field, is_there, place, key) in absent {
         if template.has(field) && !is_there {
@@ -357,14 +435,30 @@ fn template(job: &Job, [views, variants]: [usize; 2]) -> Result<Template, String
 
 /// Lists the views of a job: cameras, standard views, rounds. A job without any has one view, of
 /// each scene's first camera.
-fn views(job: &Job) -> Result<Vec<Named>, String> {
+fn views(job: &Job, folder: &Path) -> Result<Vec<Named>, String> {
     let mut views = Vec::new();
     let one = |name: &str, argument: String| Named {
         name: name.into(),
         arguments: vec![argument],
     };
+    let size = job.render.get("size").and_then(|size| size.as_str());
+    let mut number = 0;
     for camera in &job.camera.0 {
-        views.push(one(camera, format!("--camera={camera}")));
+        match camera {
+            CameraChoice::Named(camera) => {
+                views.push(one(camera, format!("--camera={camera}")));
+            }
+            CameraChoice::Posed(file) => {
+                let posed = file.read(folder, size);
+                for posed in posed.map_err(|why| format!("camera: {why}"))? {
+                    views.push(Named {
+                        name: format!("pose_{number:05}"),
+                        arguments: posed.arguments.into(),
+                    });
+                    number += 1;
+                }
+            }
+        }
     }
     for view in &job.view.0 {
         let names = || StandardView::ALL.iter().map(|(name, _)| *name);

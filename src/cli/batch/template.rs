@@ -15,16 +15,19 @@ pub enum Field {
     Camera,
     Variant,
     Frame,
+    /// The number of the draw of random options.
+    Draw,
     Task,
 }
 
-const FIELDS: [(&str, Field); 7] = [
+const FIELDS: [(&str, Field); 8] = [
     ("scene", Field::Scene),
     ("file", Field::File),
     ("folder", Field::Folder),
     ("camera", Field::Camera),
     ("variant", Field::Variant),
     ("frame", Field::Frame),
+    ("draw", Field::Draw),
     ("task", Field::Task),
 ];
 
@@ -118,7 +121,7 @@ fn field(place: &str) -> Result<Piece, String> {
             known.join(" ")
         ));
     };
-    let is_number = matches!(field, Field::Frame | Field::Task);
+    let is_number = matches!(field, Field::Frame | Field::Draw | Field::Task);
     let digits = match digits {
         None => 1,
         Some(digits) => match digits.parse() {
@@ -165,6 +168,7 @@ mod tests {
                     Field::Camera => Value::Name("../up/1"),
                     Field::Variant => Value::Name(""),
                     Field::Frame => Value::Number(7),
+                    Field::Draw => Value::Number(8),
                     Field::Task => Value::Number(123_456),
                 })
         };

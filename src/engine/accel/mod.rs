@@ -22,6 +22,7 @@ mod prefetch;
 mod refit;
 mod slabs;
 mod slice;
+mod some_instances;
 mod tlas_cost;
 mod tlas_entry;
 mod two_level;

@@ -11,6 +11,7 @@ use super::error::CliError;
 use super::output::complain;
 use super::pipeline::named;
 use super::render::composed;
+use super::scene::STDIN;
 use super::tradeoff::{Task, trade};
 use super::{interrupt, isa, scene};
 use crate::io::LoadError;
@@ -45,6 +46,11 @@ pub fn resolved(args: &RenderArgs, bounds: &[Bound]) -> Result<Vec<OsString>, Cl
             "--accuracy measures a scene, and none is named; name one, or leave it out".into(),
         ));
     };
+    if path == Path::new(STDIN) {
+        return Err(CliError::Usage(
+            "--accuracy reads the scene twice, and standard input is read once; name a file".into(),
+        ));
+    }
     if args.common.grid == Grid::Corners {
         return Err(CliError::Usage(
             "--accuracy is of pictures, and --grid corners traces one ray through each corner; leave \

@@ -43,6 +43,7 @@ const HEADINGS: [(&str, &[&str]); 6] = [
     (
         "Reading files",
         &[
+            "format",
             "allow_outside",
             "point_radius",
             "scad_curves",

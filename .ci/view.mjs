@@ -152,6 +152,8 @@ async function walk() {
     ["feature lines", () => page.selectOption("#integrator", "edges")],
     ["cost", () => page.selectOption("#integrator", "heat")],
     ["iso", () => page.keyboard.press("7")],
+    ["depth", () => page.selectOption("#integrator", "depth")],
+    ["colours without light", () => page.selectOption("#integrator", "albedo")],
     ["paths", async () => { await page.selectOption("#integrator", "path"); await page.selectOption("#spp", "16"); }],
     ["fast", () => page.selectOption("#precision", "fast")],
     ["fitted", () => page.keyboard.press("f")],
@@ -216,13 +218,18 @@ async function walk() {
     const at = () => [100 + random(700), 80 + random(560)];
     const [x, y] = at();
     await page.mouse.move(x, y);
-    const deed = random(5);
+    const deed = random(6);
     if (deed < 2) await page.mouse.click(x, y);
     else if (deed < 4) {
       await page.mouse.down();
       await page.mouse.move(...at(), {steps: 5});
       await page.mouse.up();
-    } else await page.keyboard.press("1234567fh"[random(9)]);
+    } else if (deed < 5) await page.keyboard.press("1234567fh"[random(9)]);
+    else if (k % 7 === 0) {
+      const shown = ["", "normals", "depth", "albedo", "ids", "edges", "heat", "path"];
+      await page.selectOption("#integrator", shown[random(shown.length)]);
+      await page.locator("#picture").focus();
+    }
     await sleep(0.05);
     if (k % 20 === 0) samples.push(resident(server.pid));
   }

@@ -1,27 +1,43 @@
 //! `render --accuracy within:BOUNDS`: chooses the options of the fastest way that keeps the bounds, by
 //! the trade of speed and accuracy that was measured for scenes of this class.
 //!
-//! A class is what a scene is made of, by kinds and decades of counts, and how it is lit, on a
-//! machine and with a version. A class that was never met is measured, once, as `tradeoff` does, and
-//! kept below the folder for caches of the user.
+//! A class is what a scene is made of, by kinds and powers of two of counts, and how its picture is
+//! made, on a machine and with a version ([`class_of`]). No number of a camera is in it: a class that was
+//! never met is measured once, from the view that is asked for and from others around the scene, and
+//! the worst of these counts. The trade is kept below the folder for caches of the user.
 
-use super::args::{RenderArgs, Size, TradeoffArgs};
+use super::args::{RenderArgs, has_lens};
 use super::error::CliError;
 use super::output::complain;
-use super::{interrupt, isa, scene, tradeoff};
+use super::pipeline::named;
+use super::render::composed;
+use super::scene::STDIN;
+use super::tradeoff::{Task, trade};
+use super::{interrupt, isa, scene};
 use crate::io::LoadError;
-use crate::measure::tradeoff::{Bound, Point, within};
-use crate::scene::{Instances, Scene};
+use crate::measure::tradeoff::{Bound, Point, within, worst_of};
+use crate::render::{Backdrop, Grid, Integrator, RenderConfig};
+use crate::scene::{Instances, Outlook, Projection, Scene};
+use glam::DVec3;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-/// The size of the pictures that are measured.
-const SIZE: Size = Size {
-    width: 240,
-    height: 135,
-};
+/// The most pixels of the pictures that are measured, 240x135. Of more pixels fewer lie on edges, so
+/// that a larger picture is not farther from its own converged one.
+const PIXELS: f64 = 32_400.0;
+
+/// From where a class is measured beside the view that is asked for: directions from the scene's middle
+/// to the eye, from a little above on the far sides of the default view.
+const AROUND: [DVec3; 2] = [DVec3::new(-1.0, 0.5, 0.3), DVec3::new(0.5, 0.8, -1.0)];
+
+/// Samples per pixel of the converged pictures: of more the errors would be smaller by a few hundredths.
+const CONVERGED: u32 = 512;
+
+/// The part of a bound that a class has to keep: from views that were not measured, errors have been up
+/// to 1.2 times the largest that were (docs/BENCHMARKS.md).
+const MARGIN: f64 = 0.8;
 
 /// Returns the arguments of the process with the chosen options in place of `--accuracy`.
 pub fn resolved(args: &RenderArgs, bounds: &[Bound]) -> Result<Vec<OsString>, CliError> {
@@ -30,9 +46,23 @@ pub fn resolved(args: &RenderArgs, bounds: &[Bound]) -> Result<Vec<OsString>, Cl
             "--accuracy measures a scene, and none is named; name one, or leave it out".into(),
         ));
     };
+    if path == Path::new(STDIN) {
+        return Err(CliError::Usage(
+            "--accuracy reads the scene twice, and standard input is read once; name a file".into(),
+        ));
+    }
+    if args.common.grid == Grid::Corners {
+        return Err(CliError::Usage(
+            "--accuracy is of pictures, and --grid corners traces one ray through each corner; leave \
+             one of them out"
+                .into(),
+        ));
+    }
     // What was left out of the file is said when it is loaded for the picture.
     let loaded = crate::io::load(path, &args.load_options(Vec::new()))?.scene;
-    let class = class_of(&loaded, path, args)?;
+    let asked = composed(args, loaded, args.config()?)?;
+    let config = small(&asked.1);
+    let class = class_of(&asked.0, &config, path)?;
     let file = cache_file(&class);
     let known = file.as_deref().and_then(read);
     let from = match &known {
@@ -42,16 +72,18 @@ pub fn resolved(args: &RenderArgs, bounds: &[Bound]) -> Result<Vec<OsString>, Cl
     let points = match known {
         Some(points) => points,
         None => {
-            let points = measured(loaded, path, args)?;
+            let points = measured(&asked.0, &config, args)?;
             if let Some(file) = &file {
                 write(file, &points);
             }
             points
         }
     };
-    let Some(best) = within(&points, bounds) else {
+    let kept: Vec<Bound> = bounds.iter().map(|bound| bound.within(MARGIN)).collect();
+    let Some(best) = within(&points, &kept) else {
         return Err(CliError::Short(format!(
-            "no way to render {} keeps these bounds; lanecast tradeoff shows what there is",
+            "no way to render {} keeps these bounds from all sides; lanecast tradeoff shows what there \
+             is",
             path.display()
         )));
     };
@@ -60,15 +92,28 @@ pub fn resolved(args: &RenderArgs, bounds: &[Bound]) -> Result<Vec<OsString>, Cl
         options => options,
     };
     complain(&format!(
-        "accuracy: {options}, {from} at {}x{} (RMSE {:.4}, FLIP {:.4}, {} wrong pixels)",
-        SIZE.width,
-        SIZE.height,
+        "accuracy: {options}, {from} at {}x{} from {} sides (RMSE {:.4}, FLIP {:.4}, {} wrong pixels)",
+        config.width,
+        config.height,
+        1 + AROUND.len(),
         best.rmse,
         best.flip,
         best.wrong_pixels
             .map_or("unknown".into(), |n| n.to_string())
     ));
     Ok(with_options(std::env::args_os(), &best.options))
+}
+
+/// Returns the configuration of a picture of at most [`PIXELS`], of the same form.
+fn small(config: &RenderConfig) -> RenderConfig {
+    let pixels = f64::from(config.width) * f64::from(config.height);
+    let scale = (PIXELS / pixels).sqrt().min(1.0);
+    let side = |length: u32| ((f64::from(length) * scale).round() as u32).max(1);
+    RenderConfig {
+        width: side(config.width),
+        height: side(config.height),
+        ..config.clone()
+    }
 }
 
 /// Puts options in place of `--accuracy`.
@@ -88,62 +133,99 @@ fn with_options(arguments: impl Iterator<Item = OsString>, options: &str) -> Vec
     kept
 }
 
-fn measured(loaded: Scene, path: &Path, args: &RenderArgs) -> Result<Vec<Point>, CliError> {
-    let args = TradeoffArgs {
-        scene: path.into(),
-        html: None,
-        within: Vec::new(),
-        size: Some(SIZE),
-        reps: 3,
-        converged: None,
-        threads: args.common.threads,
-        view: args.common.view.clone(),
-        shutter: args.shutter.clone(),
-        import: args.common.import.clone(),
-        progress: args.common.progress,
-        json: None,
-    };
+/// Measures the trade from all sides.
+fn measured(
+    asked: &Scene,
+    config: &RenderConfig,
+    args: &RenderArgs,
+) -> Result<Vec<Point>, CliError> {
+    let path = named(args.scene.as_deref());
     let progress = interrupt::watch();
-    Ok(tradeoff::trade(loaded, &args, &progress)?.points)
+    let task = Task {
+        path,
+        reps: 1,
+        converged: (config.integrator != Integrator::Direct).then_some(CONVERGED),
+        style: args.common.progress.style,
+        // Its picture lies beside the one that is asked for.
+        denoiser: None,
+        progress: &progress,
+    };
+    let instances = Instances::of(asked).map_err(|e| LoadError::of_scene(path, e))?;
+    let mut sides = vec![trade((asked.clone(), config.clone()), &task)?.points];
+    for towards_eye in AROUND {
+        let outlook = Outlook {
+            towards_eye: towards_eye.normalize(),
+            ..Outlook::default()
+        };
+        let scene = asked.clone().framed(&outlook, &instances, config.aspect());
+        let config = RenderConfig {
+            camera: None,
+            ..config.clone()
+        };
+        sides.push(trade((scene, config), &task)?.points);
+    }
+    Ok(worst_of(sides))
 }
 
-/// Says of which class a scene is: what decides which ways there are, what they take and how wrong
-/// they are, in relation to each other.
-fn class_of(loaded: &Scene, path: &Path, args: &RenderArgs) -> Result<String, CliError> {
-    let of_scene = |source| LoadError::of_scene(path, source);
-    let instances = Instances::of(loaded).map_err(of_scene)?;
+/// Says of which class a picture is: what decides which ways there are, what they take and how wrong
+/// they are, in relation to each other. Numbers are told by powers of two.
+///
+/// It has the version and commit of the program, its instructions and threads; each kind of shape with
+/// its instances, triangles, lights; whether there are a sky, things that shine, glass, holes, textures,
+/// motion; the integrator and its depth, the shutter, a lens, whether the camera has an image plane, what
+/// the background shows, the pixels; and the ground, which is a shape.
+fn class_of(scene: &Scene, config: &RenderConfig, path: &Path) -> Result<String, CliError> {
+    let instances = Instances::of(scene).map_err(|e| LoadError::of_scene(path, e))?;
     let mut kinds: BTreeMap<&str, u64> = BTreeMap::new();
-    let counts = instances.of_shapes(loaded);
-    for (shape, count) in loaded.shapes.rows.iter().zip(counts) {
+    let counts = instances.of_shapes(scene);
+    for (shape, count) in scene.shapes.rows.iter().zip(counts) {
         if count > 0 {
             *kinds.entry(shape.kind_name()).or_default() += count;
         }
     }
-    let decade = |count: u64| count.checked_ilog10().map_or(0, |decade| decade + 1);
+    let power = |count: u64| count.checked_ilog2().map_or(0, |power| power + 1);
     let mut class = format!(
         "{} {} {} {:?}",
         env!("CARGO_PKG_VERSION"),
         option_env!("LANECAST_COMMIT").unwrap_or("unknown"),
         isa::of_build(),
-        args.common.threads,
+        config.threads,
     );
     for (kind, count) in kinds {
-        class += &format!(" {kind}:{}", decade(count));
+        class += &format!(" {kind}:{}", power(count));
     }
-    let rows = &loaded.materials.rows;
-    let row = scene::pick_camera(&loaded.cameras, args.common.view.camera.as_deref())?;
+    let rows = &scene.materials.rows;
     class += &format!(
-        " triangles:{} lights:{} sky:{} shines:{} glass:{} holes:{} textures:{} moves:{} shutter:{:?} {:?}",
-        decade(loaded.meshes.triangles.len() as u64),
-        decade(loaded.lights.len() as u64),
-        loaded.environment.is_some(),
+        " triangles:{} lights:{} sky:{} shines:{} glass:{} holes:{} textures:{} moves:{}",
+        power(scene.meshes.triangles.len() as u64),
+        power(scene.lights.len() as u64),
+        scene.environment.is_some(),
         rows.iter().any(|m| m.emission != [0.0; 3]),
         rows.iter().any(|m| m.transmission > 0.0),
         rows.iter().any(|m| m.layers.opacity < 1.0),
-        !loaded.textures.is_empty(),
-        loaded.moves(),
-        args.shutter.shutter,
-        row.map(|row| loaded.cameras.rows[row].projection),
+        !scene.textures.is_empty(),
+        scene.moves(),
+    );
+    let row = scene::pick_camera(&scene.cameras, config.camera.as_deref())?;
+    let camera = row.map(|row| scene.cameras.rows[row]);
+    let projection = match camera.map(|camera| camera.projection) {
+        Some(Projection::Panorama) => "panorama",
+        Some(Projection::Fisheye { .. }) => "fisheye",
+        _ => "plane",
+    };
+    let backdrop = match config.backdrop {
+        Backdrop::Auto => "own",
+        Backdrop::Color(_) => "colour",
+        Backdrop::Transparent => "none",
+    };
+    class += &format!(
+        " {:?} depth:{} slices:{:?} lens:{} {projection} behind:{backdrop} build:{} pixels:{}",
+        config.integrator,
+        config.max_depth,
+        config.shutter.map(|shutter| shutter.slices),
+        camera.is_some_and(|camera| has_lens(&camera)),
+        config.build.name(),
+        power(u64::from(config.width) * u64::from(config.height)),
     );
     Ok(class)
 }

@@ -148,6 +148,15 @@ pub fn complain(line: &str) {
     let _ = writeln!(std::io::stderr(), "{}", printable_line(line));
 }
 
+/// Returns a word as a shell reads it back.
+pub fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-+./:=,@%".contains(c);
+    match !word.is_empty() && word.chars().all(is_plain) {
+        true => word.to_owned(),
+        false => format!("'{}'", word.replace('\'', "'\\''")),
+    }
+}
+
 /// Escapes what a terminal would obey in a text of several lines: names of files, or names
 /// in them, may hold anything.
 pub fn printable(text: &str) -> String {
@@ -199,6 +208,13 @@ mod tests {
         let said = printable("a\u{1b}[2J\u{7}\r\u{9b}\u{202e}ç →\nb\n");
         assert_eq!(said, "a\\u{1b}[2J\\u{7}\\r\\u{9b}\\u{202e}ç →\nb\n");
         assert_eq!(printable_line("a\nb"), "a\\nb");
+    }
+
+    #[test]
+    fn words_are_quoted_for_a_shell() {
+        assert_eq!(quoted("--eye=-1,2e-7,3"), "--eye=-1,2e-7,3");
+        assert_eq!(quoted("a b'c$"), "'a b'\\''c$'");
+        assert_eq!(quoted(""), "''");
     }
 
     #[test]

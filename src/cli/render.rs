@@ -6,7 +6,7 @@ use super::error::CliError;
 use super::output::{Results, check_destinations, complain, printable_line};
 use super::pipeline::{complete, load, named, of_camera, warn_of_losses};
 use super::progress::rate;
-use super::scene::{pick_camera, viewed};
+use super::scene::{STDIN, pick_camera, viewed};
 use super::tev::Display;
 use super::{frames, ground, interrupt, memory, metadata, motion, part, shutter, tile};
 use crate::io::{AovSet, LoadError, picture_files};
@@ -267,7 +267,11 @@ fn output_path(args: &RenderArgs) -> PathBuf {
     if let Some(path) = &args.output {
         return path.clone();
     }
-    let stem = args.scene.as_deref().and_then(Path::file_stem);
+    let named = args
+        .scene
+        .as_deref()
+        .filter(|path| *path != Path::new(STDIN));
+    let stem = named.and_then(Path::file_stem);
     let mut name = stem.unwrap_or("lanecast".as_ref()).to_os_string();
     name.push(match (&args.light.samples, args.outputs.tile) {
         (None, None) => ".png".into(),

@@ -4,21 +4,60 @@ use super::args::ViewArgs;
 use super::error::CliError;
 use super::output;
 use crate::io::LoadError;
-use crate::io::{self, LoadOptions};
+use crate::io::{self, Given, LoadOptions};
 use crate::render::RenderConfig;
 use crate::scene::{
     Camera, Cameras, Instances, Lens, Outlook, Projection, Scene, ShapeId, UnknownCamera,
 };
 use glam::DVec3;
+use std::io::{ErrorKind, Read};
 use std::path::Path;
+use std::sync::Arc;
 
-/// Loads a scene; reports on standard error what could not be imported.
+/// What messages call a scene that comes from standard input; a file of this name is `./<stdin>`.
+pub const STDIN: &str = "<stdin>";
+
+/// The most bytes that are read from standard input: a stream may never end.
+const MOST_BYTES: u64 = 1 << 30;
+
+/// Loads a scene, from standard input if it is [`STDIN`]; reports on standard error what could not be
+/// imported.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Scene, CliError> {
-    let loaded = io::load(path, options)?;
+    let loaded = match path == Path::new(STDIN) {
+        true => {
+            let given = options.given.clone().unwrap_or_default();
+            let bytes = Some(standard_input()?);
+            let options = LoadOptions {
+                given: Some(Given { bytes, ..given }),
+                ..options.clone()
+            };
+            io::load(path, &options)?
+        }
+        false => io::load(path, options)?,
+    };
     if let Some(warning) = loaded.warning {
         output::complain(&format!("warning: {}: {warning}", path.display()));
     }
     Ok(loaded.scene)
+}
+
+/// Reads standard input to its end.
+fn standard_input() -> Result<Arc<[u8]>, LoadError> {
+    let failed = |source| LoadError::Read {
+        path: STDIN.into(),
+        source,
+    };
+    let mut bytes = Vec::new();
+    let mut input = std::io::stdin().lock().take(MOST_BYTES + 1);
+    input.read_to_end(&mut bytes).map_err(failed)?;
+    if bytes.len() as u64 > MOST_BYTES {
+        let message = format!("it has more than {MOST_BYTES} bytes; name a file");
+        return Err(failed(std::io::Error::new(
+            ErrorKind::FileTooLarge,
+            message,
+        )));
+    }
+    Ok(bytes.into())
 }
 
 /// Returns the row of the camera that `--camera` names; without the option the first

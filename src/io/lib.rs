@@ -27,6 +27,7 @@ mod channels;
 mod environment_map;
 mod error;
 mod exr_header;
+mod given;
 mod gltf;
 mod jpeg;
 mod mattes;
@@ -53,6 +54,7 @@ pub use animated::Animated;
 pub use channels::{Channel, ChannelPicture, Encoding, read_channels};
 pub use error::{LoadError, SaveError};
 pub use exr_header::{Attribute, Metadata};
+pub use given::{FORMATS, Given, format_of};
 pub use mattes::{Matte, matte_id};
 pub use mitsuba::{MitsubaError, MitsubaPicture, MitsubaScene, mitsuba_scene};
 pub use native::{NativeError, NativeScene, json_schema, native_scene};
@@ -116,10 +118,13 @@ pub struct LoadOptions {
     pub reads: ReadLog,
     /// How the faces of these cuts are hatched, if they are.
     pub hatch: Option<Hatch>,
+    /// What is known of the file that [`load`] is called with.
+    pub given: Option<Given>,
 }
 
 /// Reads, checks and completes a scene file: `.toml`, `.json`, `.gltf`, `.glb`,
-/// `.nff`, `.csg`, `.scad`, `.obj`, `.ply`, `.stl`, `.3mf`.
+/// `.nff`, `.csg`, `.scad`, `.obj`, `.ply`, `.stl`, `.3mf`; or bytes that were read elsewhere
+/// ([`LoadOptions::given`]).
 ///
 /// Fails if a file cannot be read, is malformed, uses what is not supported or names a file
 /// that [`LoadOptions`] excludes, and if the scene fails its own check.
@@ -127,6 +132,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
     let mut scene = SceneBuilder::default();
     let mut report = ImportReport::default();
     let mut files = native::Files::of(path);
+    let options = &options.of_file(path)?;
     import(path, options, &mut files, &mut scene, &mut report)?;
     let warning = report.summary();
     let scene = scene.finish().map_err(|source| match (&source, &warning) {
@@ -157,36 +163,36 @@ fn import(
 ) -> Result<(), LoadError> {
     let animation = options.animation.as_ref();
     let named = animation.is_some_and(|animation| animation.name.is_some());
-    if named && !matches!(&*extension(path), "gltf" | "glb") {
+    if named && !matches!(&*options.format(path), "gltf" | "glb") {
         return Err(LoadError::Unsupported {
             path: path.into(),
             what: "--animation of a file that is no .gltf or .glb".into(),
             remedy: Some("leave it out; the motion of other scenes needs no name".into()),
         });
     }
-    if options.variant.is_some() && !matches!(&*extension(path), "gltf" | "glb") {
+    if options.variant.is_some() && !matches!(&*options.format(path), "gltf" | "glb") {
         return Err(LoadError::Unsupported {
             path: path.into(),
             what: "--variant of a file that is no .gltf or .glb".into(),
             remedy: Some("leave it out".into()),
         });
     }
-    match &*extension(path) {
+    match &*options.format(path) {
         "toml" => native::import(path, native::Syntax::Toml, options, files, scene, report),
         "json" => native::import(path, native::Syntax::Json, options, files, scene, report),
-        "nff" => nff::import(path, scene, report),
+        "nff" => nff::import(path, options, scene, report),
         "csg" => scad::import(path, options, scene, report),
         "scad" => scad::import_program(path, options, scene, report),
         "gltf" | "glb" => gltf::import(path, options, &mut files.images, scene, report),
         "obj" => obj::import(path, options, &mut files.images, scene, report),
         "3mf" => threemf::import(path, options, &mut files.images, scene, report),
         "ply" => {
-            let file = ply::read(path, options.point_radius.is_some(), report)?;
+            let file = ply::read(path, options, options.point_radius.is_some(), report)?;
             let (mesh, points) = file.add_with_points(scene);
             add_mesh_instance(scene, &mesh);
             add_points(path, &points, options, scene, report)
         }
-        "stl" => stl::read(path, report).map(|mesh| add_mesh_instance(scene, &mesh)),
+        "stl" => stl::read(path, options, report).map(|mesh| add_mesh_instance(scene, &mesh)),
         other => Err(LoadError::unknown_format(path, other)),
     }
 }

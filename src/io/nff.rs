@@ -11,10 +11,9 @@ use crate::geom::{Cone, Cylinder, Sphere};
 use crate::scene::{
     Camera, Edge, Falloff, Layers, Light, Material, MaterialId, Model, Rgb, SceneBuilder, ShapeId,
 };
-use crate::shared::folder;
 use crate::shared::line_column::line_column;
 use crate::shared::text::decode;
-use crate::{ImportReport, LoadError};
+use crate::{ImportReport, LoadError, LoadOptions};
 use glam::DVec3;
 use std::path::Path;
 
@@ -23,10 +22,11 @@ type Result<T> = std::result::Result<T, LoadError>;
 /// Reads an NFF file into the builder.
 pub(super) fn import(
     path: &Path,
+    options: &LoadOptions,
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
 ) -> Result<()> {
-    let bytes = folder::read_file(path)?;
+    let bytes = options.read(path)?;
     let text = decode(path, &bytes)?;
     let mut words = Words {
         path,

@@ -15,14 +15,18 @@
 use crate::scene::MeshData;
 use crate::shared::messages::one_line;
 use crate::shared::text::{decode, is_wide, lines, without_mark};
-use crate::{ImportReport, LoadError};
+use crate::{ImportReport, LoadError, LoadOptions};
 use std::collections::HashMap;
 use std::path::Path;
 
 /// Reads an STL file as one mesh, all its solids together. Fails for malformed files and
 /// corners that are not finite.
-pub(super) fn read(path: &Path, report: &mut ImportReport) -> Result<MeshData, LoadError> {
-    let bytes = crate::shared::folder::read_file(path)?;
+pub(super) fn read(
+    path: &Path,
+    options: &LoadOptions,
+    report: &mut ImportReport,
+) -> Result<MeshData, LoadError> {
+    let bytes = options.read(path)?;
     let wrong = |wrong| LoadError::in_mesh_file(path, "STL", wrong);
     if is_ascii(&bytes) {
         let text = decode(path, &bytes)?;

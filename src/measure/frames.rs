@@ -138,7 +138,11 @@ pub fn measure(
     let mut answers = Answers::new(rays.len());
     let mut bounds = [Way::default(); BOUNDS.len()];
     let mut reuses = [Way::default(); Reuse::ALL.len()];
+    progress.start(question.frames);
     for frame in 0..question.frames {
+        if frame > 0 {
+            progress.add_tile(0);
+        }
         scene = scene.at(f64::from(frame) / f64::from(question.frames.max(2) - 1))?;
         let instances = Instances::of(&scene)?;
         let renew = |kept: Option<KeptTrees>, worst| match kept {

@@ -18,6 +18,11 @@ pub struct Point {
     /// Pixels whose camera ray meets something else than exact arithmetic says; absent where nobody
     /// has asked the reference.
     pub wrong_pixels: Option<u64>,
+    /// The largest relative error of t of camera rays that meet what the reference says; absent as
+    /// `wrong_pixels` is.
+    pub t_error: Option<f64>,
+    /// The largest error of their shading normals, in degrees.
+    pub normal_error: Option<f64>,
     /// Of the colour, against the converged picture.
     pub rmse: f64,
     pub relmse: f64,
@@ -42,6 +47,33 @@ pub fn mark_front(points: &mut [Point]) {
     }
 }
 
+/// Returns the points of several views as those of one: of each way the longest time and the
+/// largest errors. Ways are known by their options; all that the first view has are returned.
+pub fn worst_of(views: Vec<Vec<Point>>) -> Vec<Point> {
+    let mut views = views.into_iter();
+    let mut worst = views.next().unwrap_or_default();
+    for point in views.flatten() {
+        if let Some(known) = worst.iter_mut().find(|one| one.options == point.options) {
+            known.seconds = known.seconds.max(point.seconds);
+            known.spread = known.spread.max(point.spread);
+            known.build_seconds = known.build_seconds.max(point.build_seconds);
+            known.rmse = known.rmse.max(point.rmse);
+            known.relmse = known.relmse.max(point.relmse);
+            known.flip = known.flip.max(point.flip);
+            // What is unknown of one view is unknown of all.
+            known.wrong_pixels = both(known.wrong_pixels, point.wrong_pixels, u64::max);
+            known.t_error = both(known.t_error, point.t_error, f64::max);
+            known.normal_error = both(known.normal_error, point.normal_error, f64::max);
+        }
+    }
+    mark_front(&mut worst);
+    worst
+}
+
+fn both<T>(a: Option<T>, b: Option<T>, of: impl Fn(T, T) -> T) -> Option<T> {
+    Some(of(a?, b?))
+}
+
 /// What a point must keep.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bound {
@@ -52,6 +84,15 @@ pub enum Bound {
 }
 
 impl Bound {
+    /// Returns the bound with errors that are smaller by a factor. Wrong pixels and seconds stay.
+    pub fn within(self, factor: f64) -> Bound {
+        match self {
+            Bound::Rmse(most) => Bound::Rmse(most * factor),
+            Bound::Flip(most) => Bound::Flip(most * factor),
+            Bound::WrongPixels(_) | Bound::Seconds(_) => self,
+        }
+    }
+
     fn is_kept(&self, point: &Point) -> bool {
         match self {
             Bound::WrongPixels(most) => point.wrong_pixels.is_some_and(|wrong| wrong <= *most),
@@ -78,6 +119,15 @@ pub fn within<'p>(points: &'p [Point], bounds: &[Bound]) -> Option<&'p Point> {
     kept.min_by(|a, b| price(a).total_cmp(&price(b)))
 }
 
+/// Returns an error as tables show it: two digits with their power of ten, `?` of an unknown one.
+pub fn shown(error: Option<f64>) -> String {
+    match error {
+        None => "?".into(),
+        Some(0.0) => "0".into(),
+        Some(error) => format!("{error:.1e}"),
+    }
+}
+
 /// Returns the median of some numbers, and how far they are spread.
 pub fn median(mut all: Vec<f64>) -> (f64, f64) {
     all.sort_by(f64::total_cmp);
@@ -99,6 +149,8 @@ mod tests {
             spread: 0.0,
             build_seconds: 0.0,
             wrong_pixels: None,
+            t_error: None,
+            normal_error: None,
             rmse,
             relmse: rmse * rmse,
             flip: rmse,
@@ -136,6 +188,40 @@ mod tests {
         assert_eq!(found(&[Bound::Seconds(5.0), Bound::Flip(0.01)]), None);
         assert_eq!(found(&[Bound::WrongPixels(0)]), None);
         assert_eq!(found(&[]), Some(1.0));
+    }
+
+    #[test]
+    fn of_several_views_the_worst_counts() {
+        let of_view = |seconds, rmse, wrong| Point {
+            options: "--spp 4".into(),
+            wrong_pixels: wrong,
+            t_error: Some(rmse),
+            ..point(seconds, rmse)
+        };
+        let worst = worst_of(vec![
+            vec![of_view(1.0, 0.5, Some(3)), point(9.0, 0.1)],
+            vec![point(7.0, 0.0), of_view(2.0, 0.1, Some(5))],
+            vec![of_view(0.5, 0.7, Some(1))],
+        ]);
+        assert_eq!(worst.len(), 2);
+        let [way, other] = &worst[..] else { panic!() };
+        assert_eq!((way.seconds, way.rmse), (2.0, 0.7));
+        assert_eq!((way.wrong_pixels, way.t_error), (Some(5), Some(0.7)));
+        assert_eq!(way.normal_error, None);
+        // The other way stands once, and as it was.
+        assert_eq!((other.seconds, other.rmse), (9.0, 0.1));
+        assert!(way.pareto && other.pareto);
+        let unknown = worst_of(vec![
+            vec![of_view(1.0, 0.5, Some(3))],
+            vec![of_view(1.0, 0.5, None)],
+        ]);
+        assert_eq!(unknown[0].wrong_pixels, None);
+    }
+
+    #[test]
+    fn errors_are_short() {
+        let texts = [None, Some(0.0), Some(0.0000123)].map(shown);
+        assert_eq!(texts, ["?", "0", "1.2e-5"]);
     }
 
     #[test]

@@ -205,6 +205,10 @@ pub enum Inspection {
     Uv,
     /// Instances and their primitives.
     Ids,
+    /// Depth along the view axis, as the output `depth` has it.
+    Depth,
+    /// The colour of the material, without light.
+    Albedo,
     /// Lines, as of a technical drawing, where instances and materials end, where the surface
     /// turns sharply and where it is interrupted in depth.
     Edges,

@@ -8,7 +8,7 @@ use super::sampler::{mix, unit};
 use super::tile::View;
 use crate::accel::Counter;
 use crate::plan::Kernels;
-use crate::scene::Rgb;
+use crate::scene::{Rgb, framed_bounds};
 use crate::shade::{InteractionPart, Surface, barycentrics};
 use crate::trace::{
     Depths, HitId, HitIds, Hits, Rays, TURNED, TraceScratch, Vectors, closest_counted,
@@ -34,6 +34,41 @@ pub struct Inspector<'a> {
     pub what: Inspection,
     pub generator: &'a RayGenerator,
     pub corner: (u32, u32),
+    /// Depths that are shown white and darkest.
+    pub depths: [f64; 2],
+}
+
+/// The lightness of the farthest depth, lighter than what a ray through nothing shows.
+const FARTHEST: f64 = 0.04;
+
+/// Returns the least and the greatest depth that the scene's box has before the camera; 0 and infinity
+/// of a scene without bounds.
+pub fn depths_of(view: &View, generator: &RayGenerator) -> [f64; 2] {
+    let world = view.world;
+    let Some(bounds) = framed_bounds(&world.scene, &world.instances) else {
+        return [0.0, f64::INFINITY];
+    };
+    let corner = |i: usize| {
+        let [low, high] = [bounds.min.to_array(), bounds.max.to_array()];
+        let side = |k: usize| if i >> k & 1 == 0 { low[k] } else { high[k] };
+        generator
+            .depth(DVec3::new(side(0), side(1), side(2)))
+            .max(0.0)
+    };
+    let all = (0..8).map(corner);
+    all.fold([f64::INFINITY, 0.0], |[near, far], depth| {
+        [near.min(depth), far.max(depth)]
+    })
+}
+
+/// Returns the lightness of a depth: 1 at the near end and [`FARTHEST`] at the far one.
+fn lightness(depth: f64, [near, far]: [f64; 2]) -> f64 {
+    let part = match far {
+        f64::INFINITY => depth / (1.0 + depth),
+        _ if far > near => (depth - near) / (far - near),
+        _ => 0.0,
+    };
+    1.0 - (1.0 - FARTHEST) * part.clamp(0.0, 1.0)
 }
 
 impl Inspector<'_> {
@@ -45,8 +80,14 @@ impl Inspector<'_> {
         }
     }
 
-    /// Returns the colour and the reading of what a pixel's ray meets first.
-    pub fn of_hit(&self, at: (u32, u32), surface: &Surface, id: HitId) -> (Rgb, Reading) {
+    /// Returns the colour and the reading of what a pixel's ray meets first. `albedo` tells the colour of
+    /// its material.
+    pub fn of_hit(
+        &self,
+        at: (u32, u32),
+        (surface, id): (&Surface, HitId),
+        albedo: impl Fn() -> Rgb,
+    ) -> (Rgb, Reading) {
         match self.what {
             Inspection::Normals => {
                 let n = surface.ns.to_array();
@@ -67,6 +108,12 @@ impl Inspector<'_> {
                 let reading = [id.instance as f64, f64::from(primitive), f64::NAN];
                 (id_color(id.instance, primitive), reading)
             }
+            Inspection::Depth => {
+                let depth = self.generator.depth(surface.point);
+                let light = lightness(depth, self.depths) as f32;
+                ([light; 3], [depth, f64::NAN, f64::NAN])
+            }
+            Inspection::Albedo => (albedo(), albedo().map(f64::from)),
             Inspection::Heat(_) | Inspection::Edges => (self.nothing(), NOTHING),
         }
     }
@@ -182,6 +229,8 @@ fn columns(what: Inspection) -> &'static [&'static str] {
         Inspection::Normals => &["x", "y", "z"],
         Inspection::Uv => &["u", "v"],
         Inspection::Ids => &["instance", "primitive"],
+        Inspection::Depth => &["depth"],
+        Inspection::Albedo => &["r", "g", "b"],
         Inspection::Edges => &["ink"],
         Inspection::Heat(_) => &["nodes", "tests", "escalations"],
     }
@@ -197,6 +246,11 @@ pub fn legend(what: Inspection, readings: &[Reading]) -> String {
                 .into()
         }
         Inspection::Ids => "ids: a hue for each instance, a lightness for each primitive".into(),
+        Inspection::Depth => {
+            "depth: along the view axis, from white where the scene's box begins to dark where it ends"
+                .into()
+        }
+        Inspection::Albedo => "albedo: colours of materials, without light".into(),
         Inspection::Edges => {
             "edges: lines where things end or turn, from samples 4 times as fine as pixels".into()
         }
@@ -271,6 +325,17 @@ mod tests {
         assert!(nothing.contains("y -0.5 -0.5 -0.5"), "{nothing}");
         assert!(nothing.ends_with("1 of 2 pixels"), "{nothing}");
         assert!(legend(Inspection::Uv, &[]).contains("u none, v none"));
+    }
+
+    #[test]
+    fn depths_get_darker_and_stay_lighter_than_nothing() {
+        let at = |depth| lightness(depth, [2.0, 6.0]);
+        assert_eq!([1.0, 2.0, 6.0, 9.0].map(at), [1.0, 1.0, FARTHEST, FARTHEST]);
+        assert!(at(3.0) > at(4.0) && at(4.0) > at(5.0));
+        let endless = |depth| lightness(depth, [0.0, f64::INFINITY]);
+        assert_eq!(endless(0.0), 1.0);
+        assert!(endless(1e9) < endless(1.0) && endless(1e300) >= FARTHEST);
+        assert_eq!(lightness(3.0, [3.0, 3.0]), 1.0);
     }
 
     #[test]

@@ -12,7 +12,7 @@ use super::config::{Backdrop, Inspection, Integrator as How, RenderConfig, TileO
 use super::edges::Lines;
 use super::film::{AovSample, blank, put};
 use super::frames::FrameMemory;
-use super::inspect::{Inspector, NOTHING, Reading, coordinates};
+use super::inspect::{Inspector, NOTHING, Reading, coordinates, depths_of};
 use super::items::{item_buffer, tiles_of};
 use super::layers::PathOutputs;
 use super::mattes::MatteNames;
@@ -226,6 +226,10 @@ fn render_tiles(
         ((window.x + x, window.y + y), size)
     };
     let generator = RayGenerator::new(view.camera, config.width, config.height, config.grid);
+    let depths = match config.integrator {
+        How::Inspect(Inspection::Depth) => depths_of(view, &generator),
+        _ => [0.0; 2],
+    };
     let whole = morton_order((side, side));
     let paths = PathPicture::new(view, config).map(|picture| match slices {
         None => picture.cached(view, config, &generator, progress),
@@ -262,6 +266,7 @@ fn render_tiles(
                 outputs: &outputs,
                 film: film.as_ref(),
                 generator: &generator,
+                depths,
                 material_flags,
                 items: items
                     .as_ref()
@@ -348,6 +353,8 @@ struct Tile<'a> {
     /// The picture, where it was sampled as a whole.
     film: Option<&'a AdaptiveFilm>,
     generator: &'a RayGenerator,
+    /// The depths of the scene, if they are what is shown.
+    depths: [f64; 2],
     material_flags: MaterialFlags,
     /// The frame's item buffer, and the index of the tile's first list.
     items: Option<(&'a ItemBuffer, usize)>,
@@ -472,6 +479,7 @@ impl Tile<'_> {
             what,
             generator: self.generator,
             corner: self.corner,
+            depths: self.depths,
         };
         color.fill(inspector.nothing());
         let readings = arena.alloc_slice_fill_copy(color.len(), NOTHING);
@@ -485,7 +493,8 @@ impl Tile<'_> {
         };
         let mut first_hit = |row: u32, surface: &Surface, id: HitId| {
             let (place, row) = (self.place(row), row as usize);
-            (color[row], readings[row]) = inspector.of_hit(place, surface, id);
+            let albedo = || self.aov(row as u32, surface, id).albedo;
+            (color[row], readings[row]) = inspector.of_hit(place, (surface, id), albedo);
             if let Some(aov) = aovs.get_mut(row) {
                 *aov = self.aov(row as u32, surface, id);
             }

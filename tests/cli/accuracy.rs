@@ -8,12 +8,16 @@ use std::process::{Command, Output};
 
 /// Renders the ring with a folder of its own for caches.
 fn render(folder: &Path, picture: &str, more: &[&str]) -> Output {
+    render_at(folder, picture, &[&["--size", "16x9"], more].concat())
+}
+
+fn render_at(folder: &Path, picture: &str, more: &[&str]) -> Output {
     fs::write(folder.join("a.toml"), HARD).unwrap();
     let mut command = Command::new(env!("CARGO_BIN_EXE_lanecast"));
     command
         .current_dir(folder)
         .env("XDG_CACHE_HOME", folder.join("cache"));
-    command.args(["render", "a.toml", "--size", "16x9", "-o", picture]);
+    command.args(["render", "a.toml", "-o", picture]);
     command.args(more).output().unwrap()
 }
 
@@ -43,6 +47,49 @@ fn the_options_of_a_trade_are_measured_once_and_used() {
     let impossible = render(folder.path(), "none.png", &["--accuracy", "within:rmse=0"]);
     assert_eq!(impossible.status.code(), Some(1), "{}", stderr(&impossible));
     assert!(!folder.path().join("none.png").exists());
+}
+
+/// Says whether the class of a picture was measured for it.
+fn measured(output: &Output) -> bool {
+    assert!(output.status.success(), "{}", stderr(output));
+    stderr(output).contains("as measured for this scene")
+}
+
+#[test]
+fn one_class_serves_all_views_and_keeps_the_bound_there() {
+    let folder = folder();
+    let bound = ["--accuracy", "within:rmse=0.006"];
+    let render = |folder: &Path, picture: &str, more: &[&str]| {
+        render_at(folder, picture, &[&["--size", "32x18"], more].concat())
+    };
+    assert!(measured(&render(folder.path(), "a.png", &bound)));
+    for view in [
+        &["--orbit", "100,60"][..],
+        &["--orbit", "-20,-35,50"],
+        &["--view", "iso"],
+    ] {
+        let near = render(folder.path(), "near.exr", &[view, &bound].concat());
+        assert!(!measured(&near), "{view:?}");
+        let options = [view, &["--spp", "256", "--seed", "7"]].concat();
+        let true_one = render(folder.path(), "true.exr", &options);
+        assert!(true_one.status.success(), "{}", stderr(&true_one));
+        let compared = lanecast(
+            folder.path(),
+            &["compare", "near.exr", "true.exr", "--json", "-"],
+        );
+        let report: serde_json::Value = serde_json::from_slice(&compared.stdout).unwrap();
+        let rmse = report["error"]["rmse"].as_f64().unwrap();
+        assert!(rmse > 0.0 && rmse <= 0.006, "{view:?}: {rmse}");
+    }
+    // Another light, and pictures with more of their pixels on edges, are other classes.
+    let other = ["--integrator", "path"];
+    fails(
+        &[&["render", "a.toml"], &bound[..], &other].concat(),
+        2,
+        "cannot be used with",
+    );
+    let smaller = ["--accuracy", "within:rmse=1", "--size", "8x6"];
+    assert!(measured(&render_at(folder.path(), "b.png", &smaller)));
 }
 
 #[test]

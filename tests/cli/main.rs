@@ -31,6 +31,7 @@ mod scad;
 mod shutters;
 mod solids;
 mod solvers;
+mod stdin;
 mod surfaces;
 mod thumbs;
 mod tiles;

@@ -1,6 +1,7 @@
 //! What shells, manuals and programs that run Lanecast are told.
 
-use crate::run::{SMALL, fails, folder, lanecast, names, small, stderr, stdout};
+use crate::run::{BALL, SMALL, fails, folder, lanecast, names, small, stderr, stdout};
+use std::fs;
 use std::io::Write;
 use std::process::{Command, Stdio};
 
@@ -103,6 +104,28 @@ fn progress_is_told_to_programs_in_lines_of_json() {
     for quiet in ["auto", "none"] {
         assert_eq!(told(&["--spp", "4", "--progress", quiet]), "");
     }
+    // bench counts pairs of rays and modes.
+    fs::write(folder.path().join("ball.toml"), BALL).unwrap();
+    let bench = [
+        "bench",
+        "ball.toml",
+        "--size",
+        "16x16",
+        "--reps",
+        "2",
+        "--kinds",
+        "primary",
+    ];
+    let output = lanecast(
+        folder.path(),
+        &[&bench[..], &["--progress", "json"]].concat(),
+    );
+    assert!(output.status.success(), "{}", stderr(&output));
+    let line = stderr(&output).lines().last().expect("progress is told");
+    let last: serde_json::Value = serde_json::from_str(line).unwrap();
+    assert!(last["total"].as_u64().unwrap() >= 18, "{last}");
+    assert_eq!(last["done"], last["total"]);
+    assert!(!stderr(&lanecast(folder.path(), &bench)).contains("progress"));
     let wrong = [SMALL[0], "--progress", "loud"];
     fails(
         &wrong,

@@ -77,13 +77,22 @@ fn ways_are_those_that_the_scene_has() {
         for point in points {
             assert!(point["seconds"].as_f64().unwrap() > 0.0);
             assert!(point["rmse"].as_f64().unwrap() >= 0.0);
+            let [t, normal] = ["t_error", "normal_error"].map(|key| point[key].as_f64().unwrap());
+            assert!(t >= 0.0 && normal >= 0.0, "{point}");
             // What is guarded or exact is right.
             let options = point["options"].as_str().unwrap();
             if !options.contains("fast") {
                 assert_eq!(point["wrong_pixels"], 0, "{options}");
+                // t is that of f32 at most, and normals are f64's.
+                assert!(t < 1e-6 && normal < 1e-6, "{point}");
             }
         }
     }
+    let t_error = |options: &str| {
+        let found = lit.iter().find(|p| p["options"] == options);
+        found.unwrap()["t_error"].as_f64().unwrap()
+    };
+    assert!(t_error("--precision exact") == 0.0 && t_error("") > 1e-9);
     // More samples are nearer to the converged picture.
     let error = |options: &str| {
         let found = lit.iter().find(|p| p["options"] == options);
@@ -125,7 +134,7 @@ fn the_page_needs_nothing_else() {
     // The name of SVG's language is no address.
     let addresses = page.replace("http://www.w3.org/2000/svg", "");
     assert!(!addresses.contains("http:") && !addresses.contains("https:"));
-    assert!(page.contains("lanecast render a.toml --precision fast"));
+    assert!(page.contains("lanecast render a.toml --size 32x18 --precision fast"));
     // A picture for each row, and the converged one.
     let rows = page.matches("<tr data-way").count();
     assert_eq!(page.matches("data:image/png;base64,").count(), rows + 1);

@@ -48,6 +48,8 @@ fn picture(what: Inspection, choices: Choices, tiles: TileOrder, threads: usize)
         tiles,
         aovs: AovSet {
             normal: true,
+            depth: true,
+            albedo: true,
             instance_id: true,
             ..AovSet::default()
         },
@@ -84,6 +86,8 @@ fn what_rays_meet_does_not_depend_on_how() {
         Inspection::Normals,
         Inspection::Uv,
         Inspection::Ids,
+        Inspection::Depth,
+        Inspection::Albedo,
         Inspection::Edges,
     ] {
         let expected = plain(what).color;
@@ -132,6 +136,21 @@ fn colours_mean_what_is_there() {
             2 => assert!(u.min(*v) >= 0.0 && u + v <= 1.000_001 && *w == 0.0),
             Picture::NO_ID => assert_eq!([*u, *v, *w], [0.0; 3]),
             _ => assert!((0.0..=1.0).contains(u) && (0.0..=1.0).contains(v) && *w == 0.0),
+        }
+    }
+    let albedo = plain(Inspection::Albedo);
+    let of_layer = albedo.albedo.unwrap();
+    assert!(albedo.color == of_layer && of_layer.contains(&[0.6; 3]));
+    // The box is 3 high, as deep as the balls, and seen from 9 in front of its middle; the eye is
+    // level with 1, and looks straight ahead.
+    let depth = plain(Inspection::Depth);
+    for (color, depth) in depth.color.iter().zip(depth.depth.unwrap()) {
+        match depth.is_finite() {
+            true => {
+                let expected = 1.0 - 0.96 * (depth - 8.0) / 2.0;
+                assert!((color[0] - expected).abs() < 1e-5, "{color:?} {depth}");
+            }
+            false => assert_eq!(*color, [0.0; 3]),
         }
     }
     let colors = plain(Inspection::Ids).color;

@@ -1,6 +1,7 @@
 //! Options of `bench`.
 
 use super::common::{CommonArgs, SolverArgs, check_build};
+use super::import::scene_path;
 use super::values::{
     BaselineChoice, BenchAccels, BenchBuilds, BenchCachings, BenchKinds, GrowthRange, Orders, Size,
     parse_accels, parse_bench_builds, parse_cachings, parse_generated, parse_growth, parse_kinds,
@@ -17,8 +18,8 @@ use std::path::PathBuf;
                             lanecast bench [OPTIONS] --mesh <FILE> --rays <FILE>\n       \
                             lanecast bench [OPTIONS] --growth <MIN:MAX>")]
 pub struct BenchArgs {
-    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf; or --mesh and --rays, or --growth
-    #[arg(required_unless_present_any = ["mesh", "rays", "growth"])]
+    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf, or - for standard input; or --mesh and --rays, or --growth
+    #[arg(value_parser = scene_path(), required_unless_present_any = ["mesh", "rays", "growth"])]
     pub scene: Option<PathBuf>,
     /// Write the scene's triangles and rays as .msh and .rays files
     #[arg(long, value_name = "DIR", conflicts_with_all = ["mesh", "rays"])]

@@ -1,15 +1,21 @@
 //! Options of reading scene files.
 
-use super::values::{parse_positive, parse_scad_curves};
+use super::values::{one_of, parse_positive, parse_scad_curves};
+use crate::cli::scene::STDIN;
 use crate::geom::HalfSpace;
-use crate::io::{Curves, LoadOptions};
+use crate::io::{Curves, FORMATS, Given, LoadOptions};
 use crate::scene::Hatch;
 use clap::Args;
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use glam::DVec3;
 use std::path::PathBuf;
 
 #[derive(Args, Clone)]
 pub struct ImportArgs {
+    /// Read SCENE as a file of this format, whatever its name is: toml, json, gltf, glb, nff, csg, scad,
+    /// obj, ply, stl or 3mf [default: by its name's end; of standard input by its content]
+    #[arg(long, value_name = "FORMAT", value_parser = parse_format)]
+    pub format: Option<&'static str>,
     /// Allow files that the scene names outside its folder
     #[arg(long)]
     pub allow_outside: bool,
@@ -40,9 +46,25 @@ impl ImportArgs {
             scad_curves: self.scad_curves.unwrap_or_default(),
             clip: self.clip.clone(),
             hatch: self.hatch,
+            given: self.format.map(|format| Given {
+                format: Some(format),
+                ..Given::default()
+            }),
             ..LoadOptions::default()
         }
     }
+}
+
+/// Parses the path of a scene; `-` is standard input, and called [`STDIN`] from there on.
+pub(super) fn scene_path() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().map(|path| match path.as_os_str() == "-" {
+        true => STDIN.into(),
+        false => path,
+    })
+}
+
+fn parse_format(text: &str) -> Result<&'static str, String> {
+    one_of(text, &FORMATS.map(|format| (format, format)))
 }
 
 fn parse_hatch(text: &str) -> Result<Hatch, String> {

@@ -43,6 +43,7 @@ const HEADINGS: [(&str, &[&str]); 7] = [
     (
         "Reading files",
         &[
+            "format",
             "allow_outside",
             "point_radius",
             "scad_curves",

@@ -20,8 +20,8 @@ pub struct LightArgs {
     /// How light is found: direct (lights without extent, mirrors and glass), path (paths from
     /// all that shines, scattered everywhere), ao (how much of a white sky surfaces see), or
     /// auto, which is path where only it finds all light of the scene, or the scene has none; or what
-    /// is shown in its place, by a ray through each pixel: normals, uv, ids,
-    /// edges (feature lines of a drawing), or heat (what the ray costs; heat:nodes, heat:tests or
+    /// is shown in its place, by a ray through each pixel: normals, uv, ids, depth (along the view axis,
+    /// white where the scene begins), albedo (colours of materials), edges (feature lines of a drawing), or heat (what the ray costs; heat:nodes, heat:tests or
     /// heat:escalations for a part of it)
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = parse_integrator)]
     pub integrator: IntegratorChoice,
@@ -223,6 +223,8 @@ fn parse_integrator(text: &str) -> Result<IntegratorChoice, String> {
             ("normals", inspect(Inspection::Normals)),
             ("uv", inspect(Inspection::Uv)),
             ("ids", inspect(Inspection::Ids)),
+            ("depth", inspect(Inspection::Depth)),
+            ("albedo", inspect(Inspection::Albedo)),
             ("edges", inspect(Inspection::Edges)),
             ("heat", inspect(Inspection::Heat(Cost::All))),
             ("heat:nodes", inspect(Inspection::Heat(Cost::Nodes))),

@@ -49,7 +49,7 @@ use clap::{Args, value_parser};
 use common::{BuildArgs, CommonArgs, DepthArgs, ProgressArgs, SolverArgs};
 use development::DevelopmentArgs;
 use glam::DVec3;
-use import::ImportArgs;
+use import::{ImportArgs, scene_path};
 use light::LightArgs;
 use outputs::OutputArgs;
 use sequence::SequenceArgs;
@@ -64,7 +64,8 @@ use values::{
 
 #[derive(Args)]
 pub struct RenderArgs {
-    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf; without it, the built-in scene
+    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf, or - for standard input; without it, the built-in scene
+    #[arg(value_parser = scene_path())]
     pub scene: Option<PathBuf>,
     /// .png, .jpg, .hdr or .exr; with --samples .sums, with --tile .tile [default: the scene's name
     /// with .png, .sums or .tile, in the current folder]
@@ -130,7 +131,8 @@ pub struct MergeArgs {
                   The time of a ray is the least of at least two runs after one that is not timed."
 )]
 pub struct VerifyArgs {
-    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf
+    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf, or - for standard input
+    #[arg(value_parser = scene_path())]
     pub scene: PathBuf,
     /// Fail only if a mode has more wrong answers than this [default: 0; fast may have
     /// any number]
@@ -170,7 +172,8 @@ pub struct VerifyArgs {
 
 #[derive(Args)]
 pub struct PlanArgs {
-    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf; without it, the built-in scene
+    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf, or - for standard input; without it, the built-in scene
+    #[arg(value_parser = scene_path())]
     pub scene: Option<PathBuf>,
     /// Measure what leaving out saves: render the scene with and without one tiny thing of each sort
     /// that it lacks, in turns [size: 320x180, unless --size is given]
@@ -214,7 +217,8 @@ pub struct ExtremesArgs {
 
 #[derive(Args)]
 pub struct ProbeArgs {
-    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf
+    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf, or - for standard input
+    #[arg(value_parser = scene_path())]
     pub scene: PathBuf,
     /// Origin of the ray
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = parse_offset)]
@@ -231,7 +235,8 @@ pub struct ProbeArgs {
 
 #[derive(Args)]
 pub struct MeasureArgs {
-    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf
+    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf, or - for standard input
+    #[arg(value_parser = scene_path())]
     pub scene: PathBuf,
     /// Print one line per instanced shape, in its own space, instead of one per root
     #[arg(long)]
@@ -297,7 +302,8 @@ pub struct RootsArgs {
 
 #[derive(Args)]
 pub struct ConvertArgs {
-    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf
+    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf, or - for standard input
+    #[arg(value_parser = scene_path())]
     pub scene: PathBuf,
     /// .toml or .json; meshes go beside it, into the folder NAME_meshes
     pub out: PathBuf,
@@ -335,8 +341,9 @@ const OF_SCENES: [&str; 18] = [
 
 #[derive(Args)]
 pub struct ExportArgs {
-    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf; with --openjd the
-    /// .toml or .json of a job
+    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf, or - for standard input;
+    /// with --openjd the .toml or .json of a job
+    #[arg(value_parser = scene_path())]
     pub scene: PathBuf,
     /// Write a scene description for POV-Ray 3.7; - is standard output
     #[arg(long, value_name = "FILE", required_unless_present_any = ["mitsuba", "openjd"], value_parser = Sink::parse)]

@@ -1,7 +1,7 @@
 //! Options of `tradeoff`.
 
 use super::common::ProgressArgs;
-use super::import::ImportArgs;
+use super::import::{ImportArgs, scene_path};
 use super::shutter::ShutterArgs;
 use super::values::{Size, parse_page, parse_size};
 use super::view::ViewArgs;
@@ -17,7 +17,8 @@ use std::path::PathBuf;
                   ray meets something else than the exact reference says."
 )]
 pub struct TradeoffArgs {
-    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf
+    /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf, or - for standard input
+    #[arg(value_parser = scene_path())]
     pub scene: PathBuf,
     /// Write a page with the trade, all pictures and their differences
     #[arg(long, value_name = "FILE", value_parser = parse_page)]

@@ -7,6 +7,7 @@ use crate::cli::error::CliError;
 use crate::cli::interrupt;
 use crate::cli::output::{Results, check_destinations};
 use crate::cli::pipeline::prepare;
+use crate::cli::progress::Drawing;
 use crate::io::LoadError;
 use crate::measure::clock::Clock;
 use crate::measure::frames::{FrameReport, Question, measure};
@@ -75,6 +76,7 @@ pub fn run(args: &BenchArgs, frames: u32) -> Result<(), CliError> {
             clock: Clock::for_threads(pool.current_num_threads()),
         };
         let scene = prepared.scene.clone();
+        let _drawing = Drawing::start(&progress, args.common.progress.style);
         let measured = pool.install(|| measure(scene, &question, &progress));
         let measured = measured.map_err(|source| LoadError::of_scene(path, source))?;
         let measured = measured.ok_or(CliError::Interrupted)?;

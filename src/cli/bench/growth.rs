@@ -18,6 +18,7 @@ use crate::render::{Progress, RenderConfig};
 use crate::scene::{Camera, Falloff, Light, SceneBuilder};
 use glam::DVec3;
 use std::path::Path;
+use std::sync::Arc;
 
 const SIZE: Size = Size {
     width: 512,
@@ -77,7 +78,7 @@ fn measure(
     triangles: u64,
     watch: &mut Watch,
     stats: &mut Stats,
-    progress: &Progress,
+    progress: &Arc<Progress>,
 ) -> Result<growth::Size, CliError> {
     let restarted = restart_peak_resident();
     let name = Path::new("the generated mesh");

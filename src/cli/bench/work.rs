@@ -6,6 +6,7 @@ use crate::cli::args::BenchArgs;
 use crate::cli::error::CliError;
 use crate::cli::interrupt;
 use crate::cli::pipeline::{Prepared, isa, structure};
+use crate::cli::progress::{Drawing, Style};
 use crate::measure::Stats;
 use crate::measure::baseline::{BaselineTests, Embree};
 use crate::measure::bench::{self, Baseline, BenchError, Contender, Row, Setting, Tracer};
@@ -18,6 +19,7 @@ use crate::plan::{Accel, Choices, Kernels, LaneCount, Plan, PlanError, Precision
 use crate::render::{Progress, RenderConfig};
 use crate::scene::Shape;
 use crate::trace::{Caching, HitId};
+use std::sync::Arc;
 
 /// Maximum number of ray-primitive tests that a linear scan may make in total.
 const MAX_TESTS: f64 = 2e11;
@@ -35,6 +37,7 @@ pub struct Work<'a> {
     builds: u32,
     cachings: Vec<Caching>,
     pub clock: Clock,
+    style: Style,
 }
 
 /// One of our structures, and the modes that trace through it.
@@ -140,6 +143,7 @@ impl<'a> Work<'a> {
             builds: args.builds,
             cachings: args.shadow_cache.0.clone(),
             clock: Clock::for_threads(prepared.pool.current_num_threads()),
+            style: args.common.progress.style,
         })
     }
 
@@ -286,7 +290,8 @@ impl<'a> Work<'a> {
         Ok(jobs)
     }
 
-    pub fn bench(&self, jobs: &[Job], progress: &Progress) -> Result<Vec<Row>, CliError> {
+    pub fn bench(&self, jobs: &[Job], progress: &Arc<Progress>) -> Result<Vec<Row>, CliError> {
+        let _drawing = Drawing::start(progress, self.style);
         let own: Vec<Contender> = self
             .worlds()
             .flat_map(|(own, world)| modes(own, world, &self.cachings))

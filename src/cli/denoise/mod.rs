@@ -52,6 +52,11 @@ impl Denoiser {
         }
     }
 
+    /// Loads the library where the program has a use for it and it is there.
+    pub fn if_there() -> Option<Denoiser> {
+        oidn::Library::load().ok().map(Denoiser)
+    }
+
     /// Returns the configuration of a picture that is rendered together with what filtering needs.
     /// Refuses pictures without paths.
     pub fn rendered(&self, config: RenderConfig) -> Result<RenderConfig, CliError> {

@@ -5,7 +5,11 @@ use crate::light::sampler::Kind as SamplerKind;
 use crate::plan::{Accel, LaneCount, Precision, native_width};
 use crate::render::{Adaptive, Exposure, IndirectCaching, Integrator, RenderConfig};
 use crate::roots::Solver;
-use crate::scene::{Instances, Scene};
+use crate::scene::{Instances, Scene, Shape};
+
+/// The most primitives that a picture is rendered of without a tree: a second or so at the size of the
+/// measurement.
+const MOST_LISTED: u64 = 1024;
 
 /// One way: a choice, the options that ask for it, and the configuration.
 pub struct Way {
@@ -14,6 +18,8 @@ pub struct Way {
     pub config: RenderConfig,
     /// Whether its camera rays may meet other things than those of the scene's own way.
     pub changes_rays: bool,
+    /// Whether the picture is the denoised one.
+    pub is_denoised: bool,
 }
 
 /// Ways by what they vary from the scene's own way.
@@ -33,12 +39,18 @@ impl Ways<'_> {
             options,
             config,
             changes_rays,
+            is_denoised: false,
         });
     }
 }
 
-/// Lists the ways to render a scene as `base` does, which is the first of them.
-pub fn ways(scene: &Scene, instances: &Instances, base: &RenderConfig) -> Vec<Way> {
+/// Lists the ways to render a scene as `base` does, which is the first of them; with those that a
+/// denoiser takes part in, if there is one.
+pub fn ways(
+    (scene, instances): (&Scene, &Instances),
+    base: &RenderConfig,
+    denoises: bool,
+) -> Vec<Way> {
     let mut ways = Ways {
         base,
         all: Vec::new(),
@@ -59,7 +71,7 @@ pub fn ways(scene: &Scene, instances: &Instances, base: &RenderConfig) -> Vec<Wa
             });
         }
     }
-    structures(&mut ways, instances, paths);
+    structures(&mut ways, (scene, instances), paths);
     if !scene.implicits.is_empty() {
         let solvers = Solver::ALL.iter().filter(|solver| **solver != Solver::Auto);
         for solver in solvers {
@@ -79,6 +91,9 @@ pub fn ways(scene: &Scene, instances: &Instances, base: &RenderConfig) -> Vec<Wa
             ways.add("depth", &option, |c| c.max_depth = depth);
         }
         caches(&mut ways);
+    }
+    if denoises && base.integrator == Integrator::Path {
+        denoised(&mut ways);
     }
     if let Some(exposure) = base.shutter {
         for slices in [4, 16, 64] {
@@ -128,14 +143,15 @@ fn samples(ways: &mut Ways, paths: bool) {
 
 /// Structures and widths of packets, whose pictures are alike: of paths with few samples, beside
 /// those of the scene's own structure.
-fn structures(ways: &mut Ways, instances: &Instances, paths: bool) {
+fn structures(ways: &mut Ways, (scene, instances): (&Scene, &Instances), paths: bool) {
     let (spp, few) = match paths {
         true => (4, " --spp 4"),
         false => (ways.base.spp, ""),
     };
+    let primitives = primitives(scene, instances);
     for accel in Accel::ALL {
         // A list tries all things for every ray, and item buffers are for camera rays.
-        let is_slow = accel == Accel::Linear && instances.count() > 64;
+        let is_slow = accel == Accel::Linear && primitives > MOST_LISTED;
         let is_own = accel == Accel::Bvh;
         if !is_own && !is_slow && instances.are_laid_out() {
             let option = format!("--accel {}{few}", accel.name());
@@ -151,6 +167,17 @@ fn structures(ways: &mut Ways, instances: &Instances, paths: bool) {
             c.spp = spp;
         });
     }
+}
+
+/// Returns how many triangles and other shapes a ray may meet.
+fn primitives(scene: &Scene, instances: &Instances) -> u64 {
+    let counts = instances.of_shapes(scene);
+    let of_shape = |(shape, count): (&Shape, u64)| match shape {
+        Shape::Mesh(id) => count.saturating_mul(scene.meshes.row(*id).triangles.len() as u64),
+        _ => count,
+    };
+    let each = scene.shapes.rows.iter().zip(counts).map(of_shape);
+    each.fold(0, u64::saturating_add)
 }
 
 fn caches(ways: &mut Ways) {
@@ -175,4 +202,19 @@ fn caches(ways: &mut Ways) {
             error: 0.2,
         });
     });
+}
+
+/// Pictures of few and of the scene's own number of samples, freed of their noise.
+fn denoised(ways: &mut Ways) {
+    let own = ways.base.spp;
+    for spp in [4, 16, own] {
+        let few = match spp == own {
+            true => String::new(),
+            false => format!("--spp {spp} "),
+        };
+        ways.add("denoising", &format!("{few}--denoise"), |c| c.spp = spp);
+        if let Some(way) = ways.all.last_mut() {
+            way.is_denoised = true;
+        }
+    }
 }

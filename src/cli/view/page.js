@@ -7,6 +7,7 @@ const SIDES = ["front", "back", "left", "right", "top", "bottom", "iso"];
 const CHOICES = {
   integrator: [["", "by the scene"], ["direct", "direct light"], ["path", "paths of light"],
     ["ao", "ambient occlusion"], ["normals", "normals"], ["uv", "uv"], ["ids", "ids"],
+    ["depth", "depth"], ["albedo", "colours without light"],
     ["edges", "feature lines"], ["heat", "cost of rays"], ["heat:nodes", "cost: nodes"],
     ["heat:tests", "cost: tests"], ["heat:escalations", "cost: exact decisions"]],
   precision: [["", "guarded"], ["fast", "fast"], ["exact", "exact"]],

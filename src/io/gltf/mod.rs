@@ -117,7 +117,7 @@ pub(super) fn import(
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
 ) -> Result<(), LoadError> {
-    let bytes = crate::shared::folder::read_file(path)?;
+    let bytes = options.read(path)?;
     let chunks = container::split(path, &bytes)?;
     let container::Document {
         root,

@@ -8,7 +8,6 @@ use super::schema;
 use super::source_spans::At;
 use super::tree::{Source, quoted};
 use super::{Syntax, parse};
-use crate::shared::folder::read_file;
 use crate::{Folder, ImportReport, LoadError, LoadOptions};
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -51,7 +50,7 @@ pub(super) fn read(
     let mut known = HashSet::from([real.clone()]);
     // A list in place of recursion: a chain of files may be long.
     let mut open = vec![Open {
-        unit: unit(path, syntax)?,
+        unit: unit(path, syntax, options)?,
         real,
         next: 0,
     }];
@@ -77,7 +76,7 @@ pub(super) fn read(
         if !known.insert(real.clone()) {
             continue;
         }
-        let unit = unit(&real, syntax)?;
+        let unit = unit(&real, syntax, options)?;
         count_left_out(&unit.file, report);
         open.push(Open {
             unit,
@@ -116,8 +115,8 @@ fn included(
     }
 }
 
-fn unit(path: &Path, syntax: Syntax) -> Result<Unit, LoadError> {
-    let bytes = read_file(path)?;
+fn unit(path: &Path, syntax: Syntax, options: &LoadOptions) -> Result<Unit, LoadError> {
+    let bytes = options.read(path)?;
     let (text, file) = parse(path, &bytes, syntax)?;
     Ok(Unit {
         path: path.into(),

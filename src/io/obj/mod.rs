@@ -17,7 +17,6 @@ mod maps;
 mod mtl;
 
 use crate::scene::SceneBuilder;
-use crate::shared::folder::read_file;
 use crate::shared::images::ImageStore;
 use crate::shared::mesh_cleanup::repair_normals;
 use crate::shared::mesh_file::MeshFile;
@@ -78,7 +77,7 @@ pub(super) fn read(
     images: &mut ImageStore,
     report: &mut ImportReport,
 ) -> Result<MeshFile, LoadError> {
-    let bytes = read_file(path)?;
+    let bytes = options.read(path)?;
     let text = decode(path, &bytes)?;
     let lines = scan(path, &text, options.point_radius.is_some(), report)?;
     let folder = Folder::new(path, options);

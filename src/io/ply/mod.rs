@@ -23,7 +23,7 @@ use crate::shared::points::{Code, Points, code_of};
 use crate::shared::srgb::linear_from_srgb;
 use crate::shared::text::{decode, is_wide};
 use crate::shared::triangulate::Triangulator;
-use crate::{ImportReport, LoadError};
+use crate::{ImportReport, LoadError, LoadOptions};
 use glam::DVec3;
 use header::{Element, Encoding, Header, Kind};
 use rows::{Binary, Rows, Words};
@@ -34,10 +34,11 @@ use std::path::Path;
 /// for malformed files, and for faces with vertices that do not exist or are not finite.
 pub(super) fn read(
     path: &Path,
+    options: &LoadOptions,
     wants_points: bool,
     report: &mut ImportReport,
 ) -> Result<MeshFile, LoadError> {
-    let mut bytes = crate::shared::folder::read_file(path)?;
+    let mut bytes = options.read(path)?;
     if is_wide(&bytes, *b"pl") {
         bytes = decode(path, &bytes)?.into_owned().into_bytes();
     }

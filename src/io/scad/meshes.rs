@@ -7,7 +7,7 @@ use super::facets;
 use super::nodes::{Made, Outcome, Reader, brief, remedy};
 use super::solids::Leaf;
 use super::syntax::Value;
-use crate::LoadError;
+use crate::{LoadError, LoadOptions};
 use glam::DVec3;
 use std::path::Path;
 
@@ -43,7 +43,8 @@ impl Reader<'_> {
         if extension != "stl" {
             return self.drawing(row, &path);
         }
-        let mesh = crate::stl::read(&path, self.report).map_err(|why| why.to_string())?;
+        let mesh = crate::stl::read(&path, &LoadOptions::default(), self.report);
+        let mesh = mesh.map_err(|why| why.to_string())?;
         budget::fits(mesh.positions.len() + mesh.triangles.len())?;
         let positions: Vec<DVec3> = mesh.positions.into_iter().map(DVec3::from_array).collect();
         let mut triangles = mesh.triangles;

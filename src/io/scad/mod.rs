@@ -34,7 +34,6 @@ mod syntax;
 mod turn;
 
 use crate::scene::SceneBuilder;
-use crate::shared::folder;
 use crate::shared::text::decode;
 use crate::{ImportReport, LoadError, LoadOptions};
 use std::path::{Path, PathBuf};
@@ -56,7 +55,7 @@ pub(super) fn import(
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
 ) -> Result<(), LoadError> {
-    let bytes = folder::read_file(path)?;
+    let bytes = options.read(path)?;
     read(path, &bytes, options, scene, report)
 }
 
@@ -67,7 +66,7 @@ pub(super) fn import_program(
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
 ) -> Result<(), LoadError> {
-    let bytes = program::csg_of(path, report)?;
+    let bytes = program::csg_of(path, options, report)?;
     let csg = PathBuf::from(format!("{} as .csg", path.display()));
     read(&csg, &bytes, options, scene, report)
 }

@@ -1,8 +1,8 @@
 //! `.scad` programs: OpenSCAD itself, where it is installed, makes the `.csg` of them.
 
 use super::openscad::{Failure, Source, run};
-use crate::shared::folder;
-use crate::{ImportReport, LoadError};
+use crate::shared::text::decode;
+use crate::{ImportReport, LoadError, LoadOptions};
 use std::path::Path;
 use std::time::Duration;
 
@@ -11,14 +11,26 @@ const LIMIT: Duration = Duration::from_secs(60);
 
 /// Returns the text of the `.csg` that OpenSCAD makes of a program. Fails with the first error that
 /// it names; its warnings, such as of a file that is not there, are counted in the report.
-pub(super) fn csg_of(path: &Path, report: &mut ImportReport) -> Result<Vec<u8>, LoadError> {
+pub(super) fn csg_of(
+    path: &Path,
+    options: &LoadOptions,
+    report: &mut ImportReport,
+) -> Result<Vec<u8>, LoadError> {
     // A program that cannot be read is not OpenSCAD's to complain about.
-    folder::read_file(path)?;
-    let absolute = path.canonicalize().map_err(|source| LoadError::Read {
-        path: path.into(),
-        source,
-    })?;
-    let run = run(Source::File(&absolute), "csg", LIMIT, u64::MAX);
+    let bytes = options.read(path)?;
+    let run = match options.bytes(path) {
+        Some(_) => {
+            let text = decode(path, &bytes)?;
+            run(Source::Text(&text), "csg", LIMIT, u64::MAX)
+        }
+        None => {
+            let absolute = path.canonicalize().map_err(|source| LoadError::Read {
+                path: path.into(),
+                source,
+            })?;
+            run(Source::File(&absolute), "csg", LIMIT, u64::MAX)
+        }
+    };
     let run = run.map_err(|failure| match failure {
         Failure::Absent => LoadError::Unsupported {
             path: path.into(),

@@ -81,8 +81,8 @@ pub fn import_with_materials(
             Ok(bake(path, &own)?.add_materials(scene))
         }
         "obj" => obj::read(path, options, images, report).map(|file| file.add_materials(scene)),
-        "ply" => ply::read(path, false, report).map(|file| file.add_materials(scene)),
-        "stl" => stl::read(path, report),
+        "ply" => ply::read(path, options, false, report).map(|file| file.add_materials(scene)),
+        "stl" => stl::read(path, options, report),
         _ => Err(LoadError::Unsupported {
             path: path.into(),
             what: "a mesh of this format".into(),

@@ -20,7 +20,6 @@ mod xml;
 
 use crate::math::Affine;
 use crate::scene::{Edge, SceneBuilder};
-use crate::shared::folder::read_file;
 use crate::shared::images::ImageStore;
 use crate::shared::messages::one_line;
 use crate::{ImportReport, LoadError, LoadOptions};
@@ -44,7 +43,7 @@ pub(super) fn import(
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
 ) -> Result<(), LoadError> {
-    let bytes = read_file(path)?;
+    let bytes = options.read(path)?;
     let elements = FREE_ELEMENTS + bytes.len() as u64 / BYTES_AN_ELEMENT;
     let mut package = Package::open(path, bytes)?;
     let root = package.root()?;

@@ -27,6 +27,7 @@ use crate::render::Progress;
 use crate::trace::{Caching, HitId};
 use compare::Expected;
 use rayon::ThreadPool;
+use std::sync::atomic::Ordering::Relaxed;
 use thiserror::Error;
 
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -88,7 +89,10 @@ pub fn bench<'a>(
     let mut runs: Vec<(usize, Contender)> = Vec::new();
     let with = |caching| own.iter().any(|own| own.caching() == Some(caching));
     let twice = Caching::ALL.into_iter().all(with);
-    // The first pass also warms up.
+    // The first pass also warms up. Of a baseline it is not known yet how many contenders it has.
+    let rounds = 1 + setting.reps;
+    let pairs = |contenders: usize| (contenders as u32).saturating_mul(rounds);
+    progress.start(pairs(jobs.len() * own.len()));
     for (number, job) in jobs.iter().enumerate() {
         let expected = Expected::new(oracle, pool, job, setting.checked, progress)?;
         // Closest-hit rays use no shadow cache: one contender of each cached and
@@ -131,8 +135,10 @@ pub fn bench<'a>(
             }
             rows.push(row);
             runs.push((number, contender));
+            progress.add_tile(job.rays.len() as u64);
         }
     }
+    progress.tiles.store(pairs(runs.len()), Relaxed);
 
     let mut times = vec![Vec::new(); rows.len()];
     for _ in 0..setting.reps {
@@ -142,6 +148,7 @@ pub fn bench<'a>(
             let (done, seconds) = pool.install(run);
             done?;
             times[row].push(seconds);
+            progress.add_tile(job.rays.len() as u64);
             if answers.hits() != rows[row].hits {
                 return Err(BenchError::Unsteady {
                     kind: job.kind.clone(),

@@ -17,6 +17,8 @@ pub struct Line {
     pub stroke: Stroke,
     /// Points with both coordinates above 0; others are omitted.
     pub points: Vec<[f64; 2]>,
+    /// What each point is, shown where it is pointed at; without one it is the line's label.
+    pub names: Vec<String>,
 }
 
 /// The stroke that joins a line's points.
@@ -97,6 +99,9 @@ pub fn draw(chart: &Chart) -> String {
             Stroke::Dashed => svg.polyline(&placed, &format!("curve s{colour} dashed")),
             Stroke::Dots => {}
         }
+        let drawn = line.points.iter().map(is_drawn);
+        let names = line.names.iter().zip(drawn);
+        let mut names = names.filter_map(|(name, is)| is.then_some(name));
         for (place, [x, y]) in placed.iter().zip(points) {
             let (x, y) = (10.0_f64.powf(*x), 10.0_f64.powf(*y));
             let x = if (1.0..1e12).contains(&x) {
@@ -104,7 +109,8 @@ pub fn draw(chart: &Chart) -> String {
             } else {
                 format!("{x:.1e}")
             };
-            let hint = format!("{}: {x} {}, {y:.4e}", line.label, chart.x_label);
+            let name = names.next().unwrap_or(&line.label);
+            let hint = format!("{name}: {x} {}, {y:.4e}", chart.x_label);
             svg.dot(*place, &format!("d{colour}"), &hint);
         }
     }
@@ -131,10 +137,13 @@ pub fn draw(chart: &Chart) -> String {
 }
 
 fn logarithms(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
-    let finite = points
-        .iter()
-        .filter(|p| p.iter().all(|x| x.is_finite() && *x > 0.0));
-    finite.map(|p| p.map(f64::log10)).collect()
+    let drawn = points.iter().filter(|p| is_drawn(p));
+    drawn.map(|p| p.map(f64::log10)).collect()
+}
+
+/// Says whether a point has a place on logarithmic axes.
+fn is_drawn(point: &[f64; 2]) -> bool {
+    point.iter().all(|x| x.is_finite() && *x > 0.0)
 }
 
 /// Maximum number of ticks on an axis of many decades.
@@ -201,6 +210,7 @@ mod tests {
             hue: 0,
             stroke: Stroke::Solid,
             points: vec![[1.0, 0.0], [f64::NAN, 2.0]],
+            names: Vec::new(),
         };
         let drawn = draw(&Chart {
             x_label: "x",
@@ -212,5 +222,23 @@ mod tests {
             !drawn.contains("polyline") && !drawn.contains("NaN"),
             "{drawn}"
         );
+    }
+
+    #[test]
+    fn points_are_known_by_their_names() {
+        let drawn = draw(&Chart {
+            x_label: "seconds",
+            y_label: "y",
+            y_covers: None,
+            lines: vec![Line {
+                label: "all".into(),
+                hue: 0,
+                stroke: Stroke::Dots,
+                points: vec![[0.0, 1.0], [0.5, 1.0], [0.25, 1.0]],
+                names: ["none", "--spp 4", "--spp 2"].map(String::from).into(),
+            }],
+        });
+        assert!(drawn.contains("--spp 4: 5.0e-1 seconds"), "{drawn}");
+        assert!(drawn.contains("--spp 2: 2.5e-1 seconds") && !drawn.contains("none"));
     }
 }

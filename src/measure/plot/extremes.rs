@@ -62,6 +62,7 @@ fn chart(
                 Stroke::Solid
             },
             points,
+            names: Vec::new(),
         }
     };
     draw(&Chart {

@@ -127,6 +127,7 @@ pub fn growth_page(heading: &Heading, growth: &Growth) -> String {
                     Stroke::Solid
                 },
                 points: fit.points.clone(),
+                names: Vec::new(),
             });
         }
         lines

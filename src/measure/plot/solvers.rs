@@ -32,6 +32,7 @@ pub fn solvers_page(heading: &Heading, rows: &[DegreeRow]) -> String {
                 hue,
                 stroke: Stroke::Solid,
                 points: rows.iter().filter_map(of).collect(),
+                names: Vec::new(),
             }
         };
         solvers.iter().enumerate().map(line).collect()

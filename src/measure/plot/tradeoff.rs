@@ -6,12 +6,12 @@ use super::embed::data;
 use super::page::{Heading, Section, page_with_curves};
 use super::svg::escaped;
 use crate::io::{Picture, SaveError};
-use crate::measure::tradeoff::Point;
+use crate::measure::tradeoff::{Point, shown};
 use std::fmt::Write;
 use std::path::Path;
 
 const STYLE: &str = "
-body { max-width: 1120px; }
+body { max-width: 1120px; } h1 { overflow-wrap: anywhere; }
 .pair { position: relative; line-height: 0; max-width: 960px; }
 .pair img { width: 100%; height: auto; image-rendering: pixelated; }
 .pair img + img { position: absolute; inset: 0; clip-path: inset(0 0 0 var(--cut, 50%)); }
@@ -20,7 +20,8 @@ body { max-width: 1120px; }
 .cut { width: 100%; max-width: 960px; margin: 10px 0; display: block; }
 select, button { font: inherit; color: inherit; background: var(--page); border: 1px solid var(--axis);
   border-radius: 4px; padding: 1px 8px; max-width: 46%; }
-tr.front td:first-child::before { content: '\\2605  '; } td code { user-select: all; }
+tr[data-way] { cursor: pointer; } tr.front code::after { content: '  \\2605'; }
+button.copy { font-size: 11px; min-width: 54px; cursor: pointer; }
 td.number { text-align: right; } td { white-space: nowrap; } .figure { overflow-x: auto; }
 ";
 
@@ -28,6 +29,12 @@ td.number { text-align: right; } td { white-space: nowrap; } .figure { overflow-
 const SCRIPT: &str = "<script>
 const pair = document.querySelector('.pair'), [left, right] = pair.querySelectorAll('img');
 const [first, second] = document.querySelectorAll('select');
+// Where a page may not write to the clipboard by itself, what is selected is copied.
+const copy = async text => {
+  try { await navigator.clipboard.writeText(text); }
+  catch {
+    const shown = document.body.appendChild(document.createElement('textarea'));
+    shown.value = text; shown.select(); document.execCommand('copy'); shown.remove(); } };
 const show = () => { left.src = pictures[first.value]; right.src = pictures[second.value]; };
 first.onchange = second.onchange = show;
 document.querySelector('.cut').oninput = e => pair.style.setProperty('--cut', e.target.value + '%');
@@ -35,17 +42,19 @@ document.querySelector('.gain').oninput = e => {
   pair.classList.toggle('difference', e.target.value > 0);
   pair.style.setProperty('--gain', 2 ** e.target.value); };
 for (const button of document.querySelectorAll('button.copy')) button.onclick = () =>
-  navigator.clipboard.writeText(button.previousElementSibling.textContent);
+  copy(button.dataset.command).then(() => {
+    button.textContent = 'copied'; setTimeout(() => button.textContent = 'copy', 1200); });
 for (const row of document.querySelectorAll('tr[data-way]')) row.onclick = () => {
   first.value = row.dataset.way; show(); };
 show();
 </script>
 ";
 
-/// Writes the page of a scene: its points with their pictures, and the converged picture. Fails if
-/// a picture cannot be encoded.
+/// Writes the page of a scene: its points with their pictures, and the converged picture. `command`
+/// is the command line of the scene's own way, to which a point's options are added. Fails if a picture
+/// cannot be encoded.
 pub fn tradeoff_page(
-    scene: &str,
+    (scene, command): (&str, &str),
     facts: Vec<(&'static str, String)>,
     (points, pictures, truth): (&[Point], &[Picture], &Picture),
     path: &Path,
@@ -60,8 +69,9 @@ pub fn tradeoff_page(
         Section {
             heading: "Time against error".into(),
             note:
-                "Each dot is a way to render the scene, in the colour of what it varies; the line \
-                   joins those that no other way beats. Both axes are logarithmic."
+                "Each dot is a way to render the scene, in the colour of what it varies, and tells \
+                   its options where it is pointed at; the line joins those that no other way beats. \
+                   Both axes are logarithmic."
                     .into(),
             figure: plot,
         },
@@ -75,9 +85,11 @@ pub fn tradeoff_page(
         Section {
             heading: "Ways".into(),
             note: "Wrong pixels are those whose camera ray meets something else than exact \
-                   arithmetic says. A click on a row shows its picture on the left."
+                   arithmetic says; of the others the largest errors of t, relative, and of the \
+                   normal are told. No other way beats those with a star. A click on a row shows its picture \
+                   on the left; copy takes its whole command line."
                 .into(),
-            figure: table(scene, points),
+            figure: table(command, points),
         },
     ];
     let heading = Heading {
@@ -101,15 +113,15 @@ fn lines(points: &[Point]) -> Vec<Line> {
     let mut lines: Vec<Line> = choices
         .iter()
         .enumerate()
-        .map(|(hue, choice)| Line {
-            label: (*choice).to_owned(),
-            hue,
-            stroke: Stroke::Dots,
-            points: points
-                .iter()
-                .filter(|point| point.choice == *choice)
-                .map(place)
-                .collect(),
+        .map(|(hue, choice)| {
+            let of = || points.iter().filter(|point| point.choice == *choice);
+            Line {
+                label: (*choice).to_owned(),
+                hue,
+                stroke: Stroke::Dots,
+                points: of().map(place).collect(),
+                names: of().map(|point| name(point).to_owned()).collect(),
+            }
         })
         .collect();
     let mut front: Vec<[f64; 2]> = points.iter().filter(|p| p.pareto).map(place).collect();
@@ -120,6 +132,7 @@ fn lines(points: &[Point]) -> Vec<Line> {
         hue: choices.len(),
         stroke: Stroke::Dashed,
         points: front,
+        names: Vec::new(),
     };
     lines.insert(0, best);
     lines
@@ -168,30 +181,37 @@ fn viewer(
     Ok(html)
 }
 
-fn table(scene: &str, points: &[Point]) -> String {
+fn table(command: &str, points: &[Point]) -> String {
     let mut html = String::from(
-        "<table><tr><th>varies<th>seconds<th>spread<th>build<th>wrong pixels<th>RMSE<th>relMSE\
-         <th>FLIP<th>command</tr>\n",
+        "<table><tr><th>options<th>varies<th>seconds<th>spread<th>build<th>wrong pixels<th>t error\
+         <th>normal, °<th>RMSE<th>relMSE<th>FLIP</tr>\n",
     );
     let mut rows: Vec<(usize, &Point)> = points.iter().enumerate().collect();
     rows.sort_by(|a, b| a.1.seconds.total_cmp(&b.1.seconds));
     for (row, point) in rows {
         let class = if point.pareto { " class=\"front\"" } else { "" };
         let wrong = point.wrong_pixels.map_or("?".into(), |n| n.to_string());
-        let command = escaped(format!("lanecast render {scene} {}", point.options).trim_end());
+        let (t, normal) = (shown(point.t_error), shown(point.normal_error));
+        let whole = escaped(format!("{command} {}", point.options).trim_end());
+        let number = |text: String| format!("<td class=\"number\">{text}");
+        let numbers = [
+            format!("{:.4}", point.seconds),
+            format!("{:.4}", point.spread),
+            format!("{:.4}", point.build_seconds),
+            wrong,
+            t,
+            normal,
+            format!("{:.5}", point.rmse),
+            format!("{:.5}", point.relmse),
+            format!("{:.5}", point.flip),
+        ];
         let _ = writeln!(
             html,
-            "<tr data-way=\"{row}\"{class}><td>{}<td class=\"number\">{:.4}<td class=\"number\">{:.4}\
-             <td class=\"number\">{:.4}<td class=\"number\">{wrong}<td class=\"number\">{:.5}\
-             <td class=\"number\">{:.5}<td class=\"number\">{:.5}<td><code>{command}</code> \
-             <button class=\"copy\">copy</button></tr>",
+            "<tr data-way=\"{row}\"{class}><td><button class=\"copy\" data-command=\"{whole}\" \
+             title=\"{whole}\">copy</button> <code>{}</code><td>{}{}</tr>",
+            escaped(name(point)),
             point.choice,
-            point.seconds,
-            point.spread,
-            point.build_seconds,
-            point.rmse,
-            point.relmse,
-            point.flip
+            numbers.map(number).concat()
         );
     }
     html + "</table>\n"

@@ -323,6 +323,54 @@ fn a_frame_has_the_bytes_of_the_sequence() {
 }
 
 #[test]
+fn an_animation_has_its_frames_and_the_bytes_of_its_sequence() {
+    let Some(assets) = crate::common::assets() else {
+        return;
+    };
+    for (file, name, frames) in [
+        (
+            "gltf/AnimatedMorphCube/AnimatedMorphCube.gltf",
+            "Square",
+            101,
+        ),
+        ("gltf/simple_skin/simple_skin.gltf", "0", 132),
+    ] {
+        let folder = folder();
+        let file = assets.join(file);
+        let file = file.to_str().unwrap();
+        let line = [
+            file,
+            "--animation",
+            name,
+            "--size",
+            "64x48",
+            "--integrator",
+            "normals",
+        ];
+        let server = Server::of(folder.path(), &line);
+        let mut page = server.page();
+        assert_eq!(page.hear().0["frames"], frames);
+        let shared = [("size", "64x48"), ("integrator", "normals")];
+        let shared: std::collections::BTreeMap<&str, &str> = shared.into();
+        let (_, still, _) = page.picture(&json!(shared));
+        for frame in [17, 50] {
+            let mut options = shared.clone();
+            let range = format!("{frame}..{}", frame + 1);
+            options.insert("frames", &range);
+            let (command, picture, _) = page.picture(&json!(options));
+            let made = rendered_as(folder.path(), &command, &format!("made_00{frame}.png"));
+            assert!(picture == made, "{command}");
+            assert!(picture != still, "{command}");
+        }
+    }
+    // At rest without a name.
+    let folder = folder();
+    let file = assets.join("gltf/simple_skin/simple_skin.gltf");
+    let server = Server::of(folder.path(), &[file.to_str().unwrap()]);
+    assert_eq!(server.page().hear().0["frames"], 0);
+}
+
+#[test]
 fn the_newest_look_is_answered_and_wrong_ones_are_told() {
     let folder = with_scene(BALL);
     let server = Server::of(folder.path(), &["a.toml", "--size", "64x48"]);

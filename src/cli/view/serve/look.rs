@@ -4,8 +4,10 @@
 use super::model::Model;
 use crate::cli::args::{OWN_OPTIONS, PageArgs, RenderArgs};
 use crate::cli::error::CliError;
+use crate::cli::output::quoted;
 use crate::cli::pipeline::{lit, named};
 use crate::cli::render::{check_alpha, composed};
+use crate::cli::scene::STDIN;
 use crate::cli::{memory, metadata, render_args};
 use crate::io::{Development, LoadError};
 use crate::render::{Backdrop, RenderConfig};
@@ -156,6 +158,11 @@ impl Base {
                 "{name} is not for view: {why}; leave it out"
             )));
         }
+        if render.scene.as_deref() == Some(Path::new(STDIN)) {
+            return Err(CliError::Usage(
+                "a page watches its scene, and standard input is read once; name a file".into(),
+            ));
+        }
         let mut base = Base {
             scene: render.scene.clone(),
             tokens: Vec::new(),
@@ -215,7 +222,8 @@ impl Base {
     /// Returns the command line of `probe` that tells of this ray; empty for the built-in scene,
     /// which `probe` cannot name.
     pub fn probe_command(&self, org: DVec3, dir: DVec3) -> String {
-        const SHARED: [(&str, bool); 5] = [
+        const SHARED: [(&str, bool); 6] = [
+            ("--format", true),
             ("--allow-outside", false),
             ("--point-radius", true),
             ("--scad-curves", true),
@@ -345,27 +353,7 @@ fn command(arguments: &[String]) -> String {
     words.join(" ")
 }
 
-fn quoted(word: &str) -> String {
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-+./:=,@%".contains(c);
-    match !word.is_empty() && word.chars().all(is_plain) {
-        true => word.to_owned(),
-        false => format!("'{}'", word.replace('\'', "'\\''")),
-    }
-}
-
 /// Returns what messages call the scene.
 pub fn name(base: &Base) -> String {
     named(base.scene.as_deref()).display().to_string()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn words_are_quoted_for_a_shell() {
-        assert_eq!(quoted("--eye=-1,2e-7,3"), "--eye=-1,2e-7,3");
-        assert_eq!(quoted("a b'c$"), "'a b'\\''c$'");
-        assert_eq!(quoted(""), "''");
-    }
 }

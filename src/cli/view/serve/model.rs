@@ -6,16 +6,15 @@ use crate::accel::{BuildQuality, KdQuality, Structure, World};
 use crate::cli::error::CliError;
 use crate::cli::pipeline::{self, counts_work, named, structure_of, thread_pool};
 use crate::cli::probe::{self, Report};
-use crate::io::{self, LoadError, LoadOptions, Loaded, ReadLog};
+use crate::io::{self, Animated, LoadError, LoadOptions, Loaded, ReadLog};
 use crate::measure::{Stats, Watch};
 use crate::plan::{Choices, Kernels, Plan, PlanError, plan};
 use crate::render::RenderConfig;
-use crate::scene::{Instances, Scene, framed_bounds};
+use crate::scene::{Instances, Pace, Scene, Timeline, framed_bounds};
 use crate::trace::{Solids, TraceScratch};
 use glam::DVec3;
 use rayon::ThreadPool;
 use serde::Serialize;
-use std::path::Path;
 use std::sync::{Arc, Mutex, OnceLock};
 use std::time::Instant;
 
@@ -55,11 +54,24 @@ pub struct About {
     pub seconds: f64,
 }
 
-/// Returns how many frames there are of a scene's motion. Those of a glTF file are read for the
-/// frames that are asked for, so that a scene that is loaded once has none.
-fn frames(scene: &Scene, path: &Path) -> u32 {
-    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-    match scene.moves() && extension != "gltf" && extension != "glb" {
+/// Returns the animation of a glTF file with all its frames, which are read when the file is.
+fn whole(name: &str) -> Animated {
+    Animated {
+        name: Some(name.into()),
+        timeline: Timeline {
+            pace: Pace::PerSecond(FRAMES_PER_SECOND),
+            first: 0,
+            end: MOST_FRAMES as u32,
+            stride: 1,
+        },
+        margin: 1,
+        blurs: false,
+    }
+}
+
+/// Returns how many frames there are of a scene's motion.
+fn frames(scene: &Scene) -> u32 {
+    match scene.moves() {
         true => (scene.seconds.0 * FRAMES_PER_SECOND)
             .ceil()
             .clamp(1.0, MOST_FRAMES) as u32,
@@ -76,6 +88,7 @@ impl Model {
         let path = named(base.scene.as_deref());
         let options = LoadOptions {
             reads: asked.clone(),
+            animation: args.common.animation.as_deref().map(whole),
             ..args.load_options(Vec::new())
         };
         let Loaded { scene, warning } = match &base.scene {
@@ -113,7 +126,7 @@ impl Model {
                 triangles: scene.meshes.triangles.len(),
                 lights: scene.lights.len(),
                 warning,
-                frames: frames(&scene, path),
+                frames: frames(&scene),
                 has_shutter: scene.moves() && !cameras.shutters.is_empty(),
                 seconds: 0.0,
             },

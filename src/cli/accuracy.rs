@@ -6,12 +6,12 @@
 //! never met is measured once, from the view that is asked for and from others around the scene, and
 //! the worst of these counts. The trade is kept below the folder for caches of the user.
 
+use super::args::STDIN;
 use super::args::{RenderArgs, has_lens};
 use super::error::CliError;
 use super::output::complain;
 use super::pipeline::named;
 use super::render::composed;
-use super::scene::STDIN;
 use super::tradeoff::{Task, trade};
 use super::{interrupt, isa, scene};
 use crate::io::LoadError;

@@ -1,25 +1,12 @@
 //! What the header of an OpenEXR file tells of how a picture was made.
 
-use super::args::RenderArgs;
+use super::args::{RenderArgs, Told};
 use super::error::CliError;
 use crate::io::{AovSet, Attribute, Metadata, Picture};
 use crate::measure::Stats;
 use crate::render::{Integrator, RenderConfig};
 use crate::scene::{Camera, Projection};
 use std::path::Path;
-
-/// How much is told.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Told {
-    /// All, if layers are asked for that came with metadata; else nothing.
-    #[default]
-    Auto,
-    None,
-    /// What is the same in every run, so that equal pictures are equal files.
-    Fixed,
-    /// Times, too.
-    All,
-}
 
 /// Refuses metadata where no file can hold it.
 pub fn check(args: &RenderArgs, path: &Path, aovs: AovSet) -> Result<(), CliError> {

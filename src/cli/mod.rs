@@ -24,6 +24,7 @@ mod frames;
 mod ground;
 mod interrupt;
 mod isa;
+mod looks;
 mod manual;
 mod measure;
 mod memory;

@@ -3,8 +3,8 @@
 
 use super::args::{Size, ViewArgs, has_lens};
 use super::error::CliError;
+use super::looks::beyond_direct;
 use super::output::complain;
-use super::plan::beyond_direct;
 use super::progress::{Drawing, Style};
 use super::{interrupt, scene};
 use crate::accel::{BuildQuality, KdQuality, Structure, World};

@@ -3,8 +3,6 @@
 mod light;
 mod price;
 
-pub(super) use light::beyond_direct;
-
 use super::args::{PlanArgs, VERIFY_SIZE, needed_integrator};
 use super::error::CliError;
 use super::interrupt;

@@ -2,7 +2,7 @@
 //! for programs; and on standard output for farms (`farm.rs`).
 //!
 //! The time left is what the tiles that are done took, for those that are not. Tiles are rendered
-//! in an order that spreads them over the picture (`render/tile.rs`), so that a tenth of them is a
+//! in an order that spreads them over the picture (`render/picture.rs`), so that a tenth of them is a
 //! fair sample of all.
 
 use super::farm::{Engine, FarmLines};

@@ -1,12 +1,13 @@
 //! `lanecast render`: renders a scene to one picture, or to many (`frames.rs`).
 
 use super::args::RenderArgs;
+use super::args::STDIN;
 use super::denoise::{self, Denoiser};
 use super::error::CliError;
 use super::output::{Results, check_destinations, complain, printable_line};
 use super::pipeline::{complete, load, named, of_camera, warn_of_losses};
 use super::progress::rate;
-use super::scene::{STDIN, pick_camera, viewed};
+use super::scene::{pick_camera, viewed};
 use super::tev::Display;
 use super::{frames, ground, interrupt, memory, metadata, motion, part, shutter, tile};
 use crate::io::{AovSet, LoadError, picture_files};

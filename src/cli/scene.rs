@@ -1,6 +1,6 @@
 //! Loads a scene and selects its camera and names, for all commands.
 
-use super::args::ViewArgs;
+use super::args::{STDIN, ViewArgs};
 use super::error::CliError;
 use super::output;
 use crate::io::LoadError;
@@ -13,9 +13,6 @@ use glam::DVec3;
 use std::io::{ErrorKind, Read};
 use std::path::Path;
 use std::sync::Arc;
-
-/// What messages call a scene that comes from standard input; a file of this name is `./<stdin>`.
-pub const STDIN: &str = "<stdin>";
 
 /// The most bytes that are read from standard input: a stream may never end.
 const MOST_BYTES: u64 = 1 << 30;

@@ -1,10 +1,11 @@
 //! `lanecast render --tile`: renders a rectangle of a picture with the bits of the whole, and joins
 //! such tiles again.
 
+use super::args::Told;
 use super::args::{RenderArgs, TileChoice};
 use super::error::CliError;
 use super::interrupt;
-use super::metadata::{self, Told};
+use super::metadata;
 use crate::io::{Development, LoadError, Outputs, Picture, PictureTile, SaveError, TileHeader};
 use crate::render::{Backdrop, Progress, RenderConfig, Window};
 use std::path::Path;

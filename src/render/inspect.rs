@@ -3,9 +3,9 @@
 
 use super::camera::RayGenerator;
 use super::config::{Backdrop, Cost, Inspection, RenderConfig};
+use super::picture::View;
 use super::pixel_order::Spot;
 use super::sampler::{mix, unit};
-use super::tile::View;
 use crate::accel::Counter;
 use crate::plan::Kernels;
 use crate::scene::{Rgb, framed_bounds};

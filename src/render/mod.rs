@@ -18,6 +18,7 @@ mod motion;
 mod part;
 mod path_probe;
 mod paths;
+mod picture;
 mod pixel_order;
 mod progress;
 mod sampler;
@@ -41,14 +42,14 @@ pub use mattes::instance_name;
 pub use motion::{Moment, motion_vectors};
 pub use part::{Merge, is_part, parts_of, render_part, render_samples, window_key};
 pub use path_probe::{Block, PathProbe};
+pub use picture::{
+    FinishedTile, RenderError, Rendered, View, Worker, render, render_after, render_blurred,
+    render_showing, render_with,
+};
 pub(crate) use pixel_order::{BLOCK, every_second_bit};
 pub use progress::Progress;
 pub use sampler::sample_position;
 pub(crate) use sampler::{mix, unit};
 pub use silhouettes::{Rectangle, silhouette};
 pub use slices::{Slice, SliceError, Slices};
-pub use tile::{
-    FinishedTile, RenderError, Rendered, View, Worker, render, render_after, render_blurred,
-    render_showing, render_with,
-};
 pub use window::Window;

@@ -4,9 +4,9 @@
 use super::camera::RayGenerator;
 use super::config::RenderConfig;
 use super::paths::{PathPicture, PathTile};
+use super::picture::{View, Worker};
 use super::pixel_order::{Spot, morton_order};
 use super::progress::Progress;
-use super::tile::{View, Worker};
 use crate::scene::Rgb;
 use crate::shade::path::{PathScratch, PathVertex, SampleNumbers, Seen};
 use crate::shade::{RayCounts, Statistics};

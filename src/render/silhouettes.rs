@@ -8,7 +8,7 @@
 
 use super::camera::RayGenerator;
 use super::config::RenderConfig;
-use super::tile::{View, Worker};
+use super::picture::{View, Worker};
 use crate::math::lanes::Lanes;
 use crate::shade::{Doubles, Integrator, MaterialFlags, RayCounts, STEP, Scratch, Statistics};
 use crate::trace::RayKind;

@@ -1,7 +1,6 @@
 //! Options of reading scene files.
 
 use super::values::{one_of, parse_positive, parse_scad_curves};
-use crate::cli::scene::STDIN;
 use crate::geom::HalfSpace;
 use crate::io::{Curves, FORMATS, Given, LoadOptions};
 use crate::scene::Hatch;
@@ -9,6 +8,9 @@ use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use glam::DVec3;
 use std::path::PathBuf;
+
+/// What messages call a scene that comes from standard input; a file of this name is `./<stdin>`.
+pub const STDIN: &str = "<stdin>";
 
 #[derive(Args, Clone)]
 pub struct ImportArgs {

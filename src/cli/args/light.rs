@@ -2,9 +2,8 @@
 
 use super::values::one_of;
 use crate::cli::error::CliError;
+use crate::cli::looks::beyond_direct;
 use crate::cli::output::complain;
-use crate::cli::plan::beyond_direct;
-use crate::cli::scene::pick_camera;
 use crate::light::filter::Kind as FilterKind;
 use crate::light::sampler::Kind as SamplerKind;
 use crate::render::{Adaptive, Cost, Grid, IndirectCaching, Inspection, Integrator, RenderConfig};
@@ -99,7 +98,8 @@ impl LightArgs {
 
     /// Completes a configuration for a scene; refuses options that its integrator would not heed.
     pub fn complete(&self, config: RenderConfig, scene: &Tables) -> Result<RenderConfig, CliError> {
-        let camera = pick_camera(&scene.cameras, config.camera.as_deref())?;
+        let camera = scene.cameras.pick(config.camera.as_deref());
+        let camera = camera.map_err(|e| CliError::Usage(e.to_string()))?;
         let needed = || match self.ground {
             true => Integrator::Path,
             false => needed_integrator(scene, camera, config.grid).0,

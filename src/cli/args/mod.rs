@@ -27,8 +27,10 @@ pub use about::{CompletionsArgs, ManArgs, VersionArgs};
 pub use batch::BatchArgs;
 pub use bench::BenchArgs;
 pub use compare::CompareArgs;
+pub use import::STDIN;
 pub use layout::laid_out;
 pub use light::{has_lens, needed_integrator};
+pub use outputs::Told;
 #[cfg(feature = "view")]
 pub use page::OWN_OPTIONS;
 pub use page::PageArgs;

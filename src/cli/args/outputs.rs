@@ -1,9 +1,8 @@
 //! Options of what a picture keeps beside its colour.
 
 use super::tile::TileChoice;
-use super::values::{parse_aovs, parse_told};
+use super::values::one_of;
 use crate::cli::error::CliError;
-use crate::cli::metadata::Told;
 use crate::io::AovSet;
 use crate::render::{Integrator, RenderConfig};
 use clap::{Args, value_parser};
@@ -39,6 +38,19 @@ pub struct OutputArgs {
     /// Show the picture in the viewer tev while it is rendered, such as one at 127.0.0.1:14158
     #[arg(long, value_name = "HOST:PORT", conflicts_with_all = ["samples", "frames"])]
     pub display: Option<String>,
+}
+
+/// How much the header of a picture's file tells.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Told {
+    /// All, if layers are asked for that came with metadata; else nothing.
+    #[default]
+    Auto,
+    None,
+    /// What is the same in every run, so that equal pictures are equal files.
+    Fixed,
+    /// Times, too.
+    All,
 }
 
 /// The outputs of `--aov`.
@@ -94,5 +106,59 @@ impl OutputArgs {
             aovs.light_groups &= !is_cached;
         }
         Ok(RenderConfig { aovs, ..config })
+    }
+}
+
+fn parse_aovs(text: &str) -> Result<AovChoice, String> {
+    let mut choice = AovChoice::default();
+    for name in text.split(',').map(str::trim) {
+        if name == "all" {
+            choice.all = true;
+        } else if !choice.named.add(name) {
+            return Err(format!(
+                "there is no output '{name}'; known are {}, all",
+                AovSet::NAMES.join(", ")
+            ));
+        }
+    }
+    Ok(choice)
+}
+
+fn parse_told(text: &str) -> Result<Told, String> {
+    one_of(
+        text,
+        &[
+            ("auto", Told::Auto),
+            ("none", Told::None),
+            ("fixed", Told::Fixed),
+            ("all", Told::All),
+        ],
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_aov_name_is_one() {
+        let mut last = AovChoice::default();
+        for name in AovSet::NAMES {
+            let alone = parse_aovs(name).unwrap();
+            assert!(alone.named.any() && !alone.all);
+            assert_ne!(alone, last);
+            last = alone;
+        }
+        let all = parse_aovs(&AovSet::NAMES.join(", ")).unwrap();
+        assert!(all.named.depth && all.named.position && all.named.normal);
+        assert!(all.named.albedo && all.named.instance_id && all.named.primitive_id);
+        assert!(parse_aovs("depth,all").unwrap().all);
+        assert!(parse_aovs("").is_err());
+        assert!(parse_aovs("depth,").is_err());
+        assert!(
+            parse_aovs("deepth")
+                .unwrap_err()
+                .contains("known are depth,")
+        );
     }
 }

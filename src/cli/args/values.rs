@@ -1,9 +1,7 @@
 //! Parsers and domains of the arguments' values.
 
-use super::outputs::AovChoice;
 use crate::accel::{BuildQuality, KdClip, KdStop};
-use crate::cli::metadata::Told;
-use crate::io::{AovSet, Bits, Curves, Tone};
+use crate::io::{Bits, Curves, Tone};
 use crate::measure::extremes::{SWEEPS, Sweep};
 use crate::measure::generate::Generated;
 use crate::measure::ray_kinds::{Kind, Order};
@@ -227,33 +225,6 @@ pub fn parse_reuse(text: &str) -> Result<ReuseChoice, String> {
     one_of(text, &[("auto", ReuseChoice(None)), a, b, c])
 }
 
-pub fn parse_aovs(text: &str) -> Result<AovChoice, String> {
-    let mut choice = AovChoice::default();
-    for name in text.split(',').map(str::trim) {
-        if name == "all" {
-            choice.all = true;
-        } else if !choice.named.add(name) {
-            return Err(format!(
-                "there is no output '{name}'; known are {}, all",
-                AovSet::NAMES.join(", ")
-            ));
-        }
-    }
-    Ok(choice)
-}
-
-pub fn parse_told(text: &str) -> Result<Told, String> {
-    one_of(
-        text,
-        &[
-            ("auto", Told::Auto),
-            ("none", Told::None),
-            ("fixed", Told::Fixed),
-            ("all", Told::All),
-        ],
-    )
-}
-
 pub fn parse_tone(text: &str) -> Result<Tone, String> {
     one_of(text, &Tone::ALL.map(|tone| (tone.name(), tone)))
 }
@@ -464,28 +435,6 @@ mod tests {
         for wrong in ["1,1", "1,1,1,1", "-1,0,0", "inf,0,0", "grey", ""] {
             assert!(parse_backdrop(wrong).is_err(), "{wrong}");
         }
-    }
-
-    #[test]
-    fn every_aov_name_is_one() {
-        let mut last = AovChoice::default();
-        for name in AovSet::NAMES {
-            let alone = parse_aovs(name).unwrap();
-            assert!(alone.named.any() && !alone.all);
-            assert_ne!(alone, last);
-            last = alone;
-        }
-        let all = parse_aovs(&AovSet::NAMES.join(", ")).unwrap();
-        assert!(all.named.depth && all.named.position && all.named.normal);
-        assert!(all.named.albedo && all.named.instance_id && all.named.primitive_id);
-        assert!(parse_aovs("depth,all").unwrap().all);
-        assert!(parse_aovs("").is_err());
-        assert!(parse_aovs("depth,").is_err());
-        assert!(
-            parse_aovs("deepth")
-                .unwrap_err()
-                .contains("known are depth,")
-        );
     }
 
     #[test]

@@ -1,16 +1,16 @@
 //! The job file: what it says, in TOML or JSON, and the messages where it says it wrongly.
 
 use super::dataset::{CameraFile, DatasetSettings, Random};
+pub use super::many::Many;
 use crate::cli::args::TileGrid;
 use crate::cli::error::CliError;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
-use serde::de::value::{MapAccessDeserializer, StrDeserializer};
-use serde::de::{Error, MapAccess, SeqAccess, Visitor};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use serde_json::{Map, Value};
 use std::borrow::Cow;
 use std::fmt::{Formatter, Result as FmtResult};
-use std::marker::PhantomData;
 use std::path::Path;
 
 /// The version of the format that is read.
@@ -145,16 +145,6 @@ impl Tile {
     }
 }
 
-/// One of something, or a list.
-#[derive(Clone, Debug)]
-pub struct Many<T>(pub Vec<T>);
-
-impl<T> Default for Many<T> {
-    fn default() -> Many<T> {
-        Many(Vec::new())
-    }
-}
-
 impl Job {
     /// Reads a job file. Fails with the file, the place and the remedy.
     pub fn read(path: &Path) -> Result<Job, CliError> {
@@ -227,38 +217,6 @@ fn line_column(text: &str, offset: usize) -> (usize, usize) {
     (line, column)
 }
 
-impl<'de, T: Deserialize<'de>> Deserialize<'de> for Many<T> {
-    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Many<T>, D::Error> {
-        from.deserialize_any(ManyVisitor(PhantomData))
-    }
-}
-
-struct ManyVisitor<T>(PhantomData<T>);
-
-impl<'de, T: Deserialize<'de>> Visitor<'de> for ManyVisitor<T> {
-    type Value = Many<T>;
-
-    fn expecting(&self, to: &mut Formatter) -> FmtResult {
-        to.write_str("one, or a list")
-    }
-
-    fn visit_str<E: Error>(self, text: &str) -> Result<Many<T>, E> {
-        Ok(Many(vec![T::deserialize(StrDeserializer::new(text))?]))
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Many<T>, A::Error> {
-        Ok(Many(vec![T::deserialize(MapAccessDeserializer::new(map))?]))
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Many<T>, A::Error> {
-        let mut all = Vec::new();
-        while let Some(one) = list.next_element()? {
-            all.push(one);
-        }
-        Ok(Many(all))
-    }
-}
-
 impl<'de> Deserialize<'de> for Variant {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Variant, D::Error> {
         from.deserialize_any(VariantVisitor)
@@ -288,22 +246,6 @@ impl<'de> Visitor<'de> for VariantVisitor {
             Some(Value::String(name)) => Ok(Variant { name, options }),
             _ => Err(A::Error::custom("a variant needs a `name`")),
         }
-    }
-}
-
-impl<T: JsonSchema> JsonSchema for Many<T> {
-    fn inline_schema() -> bool {
-        true
-    }
-
-    fn schema_name() -> Cow<'static, str> {
-        format!("Many_{}", T::schema_name()).into()
-    }
-
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let one = generator.subschema_for::<T>();
-        let list = schemars::json_schema!({ "type": "array", "items": one.clone() });
-        schemars::json_schema!({ "anyOf": [one, list] })
     }
 }
 

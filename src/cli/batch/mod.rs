@@ -5,11 +5,13 @@
 //! machine, so that there are no locks: several processes may work in one folder.
 
 mod alone;
+mod axes;
 mod dataset;
 mod end;
 mod job;
 mod join;
 mod key;
+mod many;
 mod openjd;
 mod options;
 mod picture;

@@ -7,9 +7,10 @@
 use super::dataset::{self, Sample};
 use crate::accel::{Structure, World};
 use crate::cli::args::RenderArgs;
+use crate::cli::args::Told;
 use crate::cli::denoise::{self, Denoiser};
 use crate::cli::error::CliError;
-use crate::cli::metadata::{self, Told};
+use crate::cli::metadata;
 use crate::cli::pipeline::{Prepared, complete, named, of_camera, structure, warn_of_losses};
 use crate::cli::render::{check_alpha, exposed, files as picture_files};
 use crate::cli::scene::{pick_camera, viewed};

@@ -6,7 +6,7 @@ use crate::light::hemisphere::{Change, Sight, change};
 use crate::light::sampler::{Kind, Sampler};
 use crate::light::sampling::cosine_hemisphere;
 use crate::render::paths::PathPicture;
-use crate::render::tile::Worker;
+use crate::render::picture::Worker;
 use crate::shade::RayCounts;
 use crate::shade::path::{
     IrradianceRecord, Missed, PathScratch, PathTracer, SECTORS, SampleNumbers, Seen, Slot,

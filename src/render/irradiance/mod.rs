@@ -15,9 +15,9 @@ mod gather;
 use super::RenderConfig;
 use super::camera::RayGenerator;
 use super::paths::{PathPicture, PathTile};
+use super::picture::{View, Worker};
 use super::pixel_order::Spot;
 use super::progress::Progress;
-use super::tile::{View, Worker};
 use crate::shade::RayCounts;
 use crate::shade::Statistics;
 use crate::shade::path::{

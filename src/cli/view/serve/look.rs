@@ -2,12 +2,12 @@
 //! line makes the same picture.
 
 use super::model::Model;
+use crate::cli::args::STDIN;
 use crate::cli::args::{OWN_OPTIONS, PageArgs, RenderArgs};
 use crate::cli::error::CliError;
 use crate::cli::output::quoted;
 use crate::cli::pipeline::{lit, named};
 use crate::cli::render::{check_alpha, composed};
-use crate::cli::scene::STDIN;
 use crate::cli::{memory, metadata, render_args};
 use crate::io::{Development, LoadError};
 use crate::render::{Backdrop, RenderConfig};

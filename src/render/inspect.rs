@@ -68,7 +68,7 @@ fn lightness(depth: f64, [near, far]: [f64; 2]) -> f64 {
         _ if far > near => (depth - near) / (far - near),
         _ => 0.0,
     };
-    1.0 - (1.0 - FARTHEST) * part.clamp(0.0, 1.0)
+    FARTHEST + (1.0 - FARTHEST) * (1.0 - part.clamp(0.0, 1.0))
 }
 
 impl Inspector<'_> {

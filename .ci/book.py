@@ -52,15 +52,22 @@ def contents(folder):
     front = front.replace("](docs/README.md", "](contents.md").replace("](docs/", "](")
     (source / "index.md").write_text(front.replace('src="docs/', 'src="'))
     (source / "README.md").rename(source / "contents.md")
-    (source / "SUMMARY.md").write_text(chapters(root / "docs"))
+    for index in list(source.rglob("README.md")):
+        index.rename(index.with_name("index.md"))
+    (source / "SUMMARY.md").write_text(chapters(root / "docs").replace("/README.md)", "/index.md)"))
     for page in source.rglob("*.md"):
         def local(link):
             text, target, _ = link.groups()
             if not target or "://" in target:
                 return link[0]
             path = (page.parent / target).resolve()
+            if path.name == "README.md" and path.parent != source.resolve():
+                target = target.removesuffix("README.md") + "index.md"
+                path = path.with_name("index.md")
             # What lies outside of the documentation keeps its name alone.
-            return link[0] if path.exists() and path.is_relative_to(source.resolve()) else text
+            if not (path.exists() and path.is_relative_to(source.resolve())):
+                return text
+            return f"[{text}]({target}{link[3] or ''})"
         page.write_text(LINK.sub(local, page.read_text()))
     (folder / "book.toml").write_text(
         '[book]\ntitle = "Lanecast"\nlanguage = "en"\n\n[output.html]\nno-section-label = true\n'

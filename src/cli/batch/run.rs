@@ -147,8 +147,12 @@ impl<'r> Run<'r> {
             }
         }
         if !self.args.json {
+            let next = match self.tasks.dataset {
+                Some(_) => "; with --merge the files of the data set are written",
+                None => "",
+            };
             print(&format!(
-                "{}: {done} pictures in {:.3} s, {kept} were there, {failed} failed\n",
+                "{}: {done} pictures in {:.3} s, {kept} were there, {failed} failed{next}\n",
                 self.out.display(),
                 start.elapsed().as_secs_f64()
             ))?;

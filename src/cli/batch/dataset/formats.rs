@@ -1,5 +1,6 @@
 //! The files of a data set as a whole, made of the notes of its pictures.
 
+use super::doubts::Doubts;
 use super::files::{Beside, SPLIT, bop_place};
 use super::kubric;
 use super::note::{Note, VERSION};
@@ -30,11 +31,10 @@ pub fn write(
     let mut coco = Coco::default();
     let mut nerf: BTreeMap<usize, Vec<Value>> = BTreeMap::new();
     let mut kubric: BTreeMap<usize, Vec<Note>> = BTreeMap::new();
-    let (mut too_far, mut pictures) = (0, 0);
+    let mut doubts = Doubts::default();
     for task in done {
         let note = read(task, settings, out)?;
-        too_far += note.too_far;
-        pictures += u64::from(note.too_far > 0);
+        doubts.add(&note);
         if settings.writes(Format::Bop) {
             bop.add(&note);
         }
@@ -51,13 +51,8 @@ pub fn write(
             frames.push(note.without_masks());
         }
     }
-    if too_far > 0 {
-        complain(&format!(
-            "warning: {too_far} pixels of {pictures} pictures lie farther than {} units, which is what \
-             depth of 16 bits has at depth_scale = {}, and have the depth 0; raise it",
-            f64::from(u16::MAX) * settings.depth_scale / settings.unit,
-            settings.depth_scale
-        ));
+    for doubt in doubts.said(settings) {
+        complain(&format!("warning: {doubt}"));
     }
     let mut files = Files::new();
     if settings.writes(Format::Bop) {

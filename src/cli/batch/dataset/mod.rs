@@ -5,6 +5,7 @@
 //! BOP, COCO, Kubric and NeRF of the notes. So all that a kill may interrupt is an output of a task.
 
 mod coordinates;
+mod doubts;
 mod files;
 mod formats;
 mod job;

@@ -161,6 +161,8 @@ impl Report {
                 }
             }
         }
+        let verdicts: Vec<String> = self.modes.iter().map(Mode::verdict).collect();
+        let _ = writeln!(text, "\nwrong answers: {}", verdicts.join("; "));
         text
     }
 
@@ -202,6 +204,22 @@ impl Mode {
         let aimed = self.adversarial.as_ref();
         let aimed = aimed.map_or(0, |a| a.compared.counts.without_ulps);
         self.replayed.counts.without_ulps + self.own.counts.without_ulps + aimed
+    }
+
+    /// Says in how many of all its answers the mode was wrong.
+    fn verdict(&self) -> String {
+        let aimed = self.adversarial.as_ref().map(|aimed| &aimed.compared);
+        let all = [Some(&self.replayed), Some(&self.own), aimed];
+        let (mut wrong, mut rays) = (0, 0);
+        for comparison in all.into_iter().flatten() {
+            wrong += comparison.counts.wrong();
+            rays += comparison.counts.rays;
+        }
+        let note = match self.precision {
+            Precision::Fast => ", which has no bound",
+            Precision::Guarded | Precision::Exact => "",
+        };
+        format!("{} {wrong} of {rays}{note}", self.precision.name())
     }
 
     fn check(&self, allowed: Option<u64>) -> Result<(), String> {

@@ -12,12 +12,10 @@ const NEEDED: [&str; 3] = ["distance", "instance_id", "primitive_id"];
 
 /// Returns the configuration of a picture that is rendered with what its motion vectors need.
 pub fn rendered(config: RenderConfig) -> RenderConfig {
-    let mut aovs = config.aovs;
-    if aovs.any_of_motion() {
-        NEEDED.iter().for_each(|name| {
-            aovs.add(name);
-        });
-    }
+    let aovs = match config.aovs.any_of_motion() {
+        true => config.aovs.with(&NEEDED),
+        false => config.aovs,
+    };
     RenderConfig { aovs, ..config }
 }
 

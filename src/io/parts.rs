@@ -8,6 +8,7 @@
 //! Parts of one key are parts of one picture. A header must match the size of the file before
 //! memory is allocated.
 
+use crate::shared::checksum::{eat, fnv};
 use crate::{LoadError, Outputs, SaveError};
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read};
@@ -81,7 +82,7 @@ impl Part {
             checksum: 0,
         };
         let bytes = sums.iter().flatten().flat_map(|x| x.to_le_bytes());
-        header.checksum = fnv(header.fields().into_iter().chain(bytes));
+        header.checksum = bytes.fold(fnv(&header.fields()), |sum, byte| eat(sum, &byte));
         Part { header, sums }
     }
 
@@ -112,7 +113,7 @@ impl Part {
         sums.try_reserve_exact(pixels)
             .map_err(|_| out_of_memory())?;
         let mut row = vec![0; header.width as usize * PIXEL];
-        let mut checksum = fnv(header.fields().into_iter());
+        let mut checksum = fnv(&header.fields());
         for _ in 0..header.height {
             file.read_exact(&mut row).map_err(failed)?;
             checksum = row.iter().fold(checksum, eat);
@@ -209,17 +210,6 @@ fn invalid(path: &Path, message: &str) -> LoadError {
 
 fn number(bytes: &[u8]) -> f64 {
     f64::from_le_bytes(bytes.try_into().unwrap_or_default())
-}
-
-const FNV: u64 = 0xcbf2_9ce4_8422_2325;
-
-/// Hashes one more byte (FNV-1a).
-fn eat(hash: u64, byte: &u8) -> u64 {
-    (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3)
-}
-
-fn fnv(bytes: impl Iterator<Item = u8>) -> u64 {
-    bytes.fold(FNV, |hash, byte| eat(hash, &byte))
 }
 
 #[cfg(test)]

@@ -150,14 +150,7 @@ impl Lines<'_> {
             queue.push_some(rows, rays, &spots.map(|spot| spot.row));
         }
         queue.complete(f32::INFINITY, RayKind::Primary);
-        let mut statistics = Statistics {
-            counts: RayCounts::default(),
-            record: None,
-            sample: 0,
-            pixel_of: &|row| row,
-            memory: None,
-            covered: None,
-        };
+        let mut statistics = Statistics::of_counts();
         let mut first_hit = |row: u32, surface: &Surface, id: HitId| {
             let hit = Met {
                 instance: id.instance,

@@ -10,7 +10,7 @@ use super::camera::RayGenerator;
 use super::config::RenderConfig;
 use super::picture::{View, Worker};
 use crate::math::lanes::Lanes;
-use crate::shade::{Doubles, Integrator, MaterialFlags, RayCounts, STEP, Scratch, Statistics};
+use crate::shade::{Doubles, Integrator, MaterialFlags, STEP, Scratch, Statistics};
 use crate::trace::RayKind;
 use glam::DVec3;
 use std::sync::atomic::AtomicBool;
@@ -88,14 +88,7 @@ pub fn silhouette(
         }
         queue.complete(f32::INFINITY, RayKind::Primary);
         let mut met = |row: u32, _: &_, _| some[row as usize] = true;
-        let statistics = &mut Statistics {
-            counts: RayCounts::default(),
-            record: None,
-            sample: 0,
-            pixel_of: &|row| row,
-            memory: None,
-            covered: None,
-        };
+        let statistics = &mut Statistics::of_counts();
         integrator.run(&mut scratch, &mut film, &mut [], statistics, Some(&mut met));
         drop(scratch);
         worker.arena.reset();

@@ -338,14 +338,7 @@ impl Tile<'_> {
     /// Keeps what the rays through the pixels' centres hit, for the outputs beside the colour
     /// of a picture whose samples lie elsewhere.
     fn keep_first_hits(&self, order: &[Spot], scratch: &mut Scratch, aovs: &mut [AovSample]) {
-        let statistics = &mut Statistics {
-            counts: RayCounts::default(),
-            record: None,
-            sample: 0,
-            pixel_of: &|row| row,
-            memory: None,
-            covered: None,
-        };
+        let statistics = &mut Statistics::of_counts();
         let mut first_hit = |row: u32, surface: &Surface, id: HitId| {
             aovs[row as usize] = self.aov(row, surface, id);
         };

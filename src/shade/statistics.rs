@@ -53,6 +53,20 @@ pub struct Statistics<'a> {
     pub covered: Option<&'a mut [f32]>,
 }
 
+impl Statistics<'_> {
+    /// Returns statistics of rays that are counted, and of which nothing is kept.
+    pub fn of_counts() -> Self {
+        Statistics {
+            counts: RayCounts::default(),
+            record: None,
+            sample: 0,
+            pixel_of: &|row| row,
+            memory: None,
+            covered: None,
+        }
+    }
+}
+
 /// Hits of a tile's camera rays, as temporal bounds for the next frame: in tracing
 /// order, padding included. Empty at first.
 #[derive(Debug, Default)]

@@ -128,6 +128,28 @@ fn the_table_explains_itself() {
     assert!(help.contains("replay: ") && help.contains("independent: "));
 }
 
+/// The last line counts what the exit code does: rays that both sides trace, and aimed ones.
+#[test]
+fn the_last_line_is_the_verdict() {
+    let output = verify(&["--adversarial", "1000"]);
+    let said = String::from_utf8(output.stdout).unwrap();
+    let last = said.lines().last().unwrap();
+    let (name, modes) = last.split_once(": ").unwrap();
+    assert_eq!(name, "wrong answers", "{last}");
+    let report = json(&verify(&["--adversarial", "1000", "--json", "-"]));
+    let compared = report["modes"].as_array().unwrap();
+    let modes: Vec<&str> = modes.split("; ").collect();
+    assert_eq!(modes.len(), compared.len(), "{last}");
+    for (said, mode) in modes.iter().zip(compared) {
+        let rays = |part: &str| mode[part]["rays"].as_u64().unwrap();
+        let all = rays("replay") + rays("adversarial");
+        let precision = mode["precision"].as_str().unwrap();
+        assert!(said.starts_with(precision), "{said}");
+        assert!(said.contains(&format!(" of {all}")), "{said}, not {all}");
+        assert!(precision == "fast" || said.contains(" 0 of "), "{said}");
+    }
+}
+
 #[test]
 fn scenes_are_verified_where_they_are_moved_to() {
     let moved = [

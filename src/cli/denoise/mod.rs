@@ -67,10 +67,7 @@ impl Denoiser {
                     .into(),
             ));
         }
-        let mut aovs = config.aovs;
-        NEEDED.iter().for_each(|name| {
-            aovs.add(name);
-        });
+        let aovs = config.aovs.with(&NEEDED);
         Ok(RenderConfig { aovs, ..config })
     }
 

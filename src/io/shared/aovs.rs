@@ -151,15 +151,21 @@ impl AovSet {
             .collect()
     }
 
+    /// Returns the set with these outputs besides, of [`AovSet::NAMES`].
+    pub fn with(mut self, names: &[&str]) -> AovSet {
+        for name in names {
+            self.add(name);
+        }
+        self
+    }
+
     /// Adds all AOVs that a picture can have; those of paths only if it is one.
     pub fn add_all(&mut self, paths: bool) {
         let last = match paths {
             true => AovSet::NAMES.len(),
             false => AovSet::FIRST_OF_PATHS,
         };
-        for name in &AovSet::NAMES[..last] {
-            self.add(name);
-        }
+        *self = self.with(&AovSet::NAMES[..last]);
     }
 
     /// The first of the names that only paths have.

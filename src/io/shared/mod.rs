@@ -5,6 +5,7 @@
 //! chooses the picture formats by a name's ending.
 
 pub mod aovs;
+pub mod checksum;
 pub mod child;
 pub mod folder;
 pub mod images;

@@ -11,6 +11,7 @@
 mod columns;
 
 use crate::exr_header::{Attribute, Metadata};
+use crate::shared::checksum::fnv;
 use crate::shared::folder::read_file;
 use crate::{Bits, Development, Layer, LoadError, Matte, Outputs, Picture, SaveError, Tone};
 use columns::{Cell, Place, each_column};
@@ -149,7 +150,7 @@ impl PictureTile {
         let mut bytes = Vec::with_capacity(HEADER + body.len());
         bytes.extend(MAGIC);
         bytes.extend(&fields);
-        bytes.extend(fnv(&[&fields, &body]).to_le_bytes());
+        bytes.extend(fnv(fields.iter().chain(&body)).to_le_bytes());
         bytes.extend(body);
         outputs.add(path, bytes)
     }
@@ -161,10 +162,11 @@ impl PictureTile {
         let bytes = read_file(path)?;
         let header = TileHeader::parsed(&bytes).map_err(|message| invalid(path, message))?;
         let (fields, body) = (&bytes[4..4 + FIELDS], &bytes[HEADER..]);
-        let picture = match fnv(&[fields, body]).to_le_bytes() == bytes[4 + FIELDS..HEADER] {
-            true => Body(body).picture(header.size),
-            false => None,
-        };
+        let picture =
+            match fnv(fields.iter().chain(body)).to_le_bytes() == bytes[4 + FIELDS..HEADER] {
+                true => Body(body).picture(header.size),
+                false => None,
+            };
         match picture {
             Some(picture) => Ok(PictureTile { header, picture }),
             None => Err(invalid(path, DAMAGED)),
@@ -358,13 +360,6 @@ fn invalid(path: &Path, message: &str) -> LoadError {
         place: "tile".into(),
         message: message.into(),
     }
-}
-
-fn fnv(parts: &[&[u8]]) -> u64 {
-    let bytes = parts.iter().flat_map(|part| part.iter());
-    bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
-        (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3)
-    })
 }
 
 #[cfg(test)]

@@ -1,17 +1,17 @@
 //! Gathers the indirect light of points: rays over the hemisphere above each, as the samples of a
 //! pixel of its own.
 
-use super::{Asked, Filler, statistics};
+use super::{Asked, Filler};
 use crate::light::hemisphere::{Change, Sight, change};
 use crate::light::sampler::{Kind, Sampler};
 use crate::light::sampling::cosine_hemisphere;
 use crate::render::paths::PathPicture;
 use crate::render::picture::Worker;
-use crate::shade::RayCounts;
 use crate::shade::path::{
     IrradianceRecord, Missed, PathScratch, PathTracer, SECTORS, SampleNumbers, Seen, Slot,
     sector_direction,
 };
+use crate::shade::{RayCounts, Statistics};
 use crate::trace::{Caching, RayKind, ShadowCache};
 use glam::{DMat2, DVec2, DVec3};
 
@@ -429,7 +429,7 @@ impl<'b, 'a> Rays<'b, 'a> {
         queue.complete(f32::INFINITY, RayKind::Reflection);
         self.slots.fill(Slot::default());
         let numbers = SampleNumbers::Each(&self.numbers);
-        let statistics = &mut statistics();
+        let statistics = &mut Statistics::of_counts();
         tracer.run(
             &mut self.scratch,
             numbers,

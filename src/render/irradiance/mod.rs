@@ -192,7 +192,7 @@ impl Filler<'_> {
                 tile.queue_rays(0, &mut scratch);
                 let slots = &mut vec![Slot::default(); order.len()];
                 let cache = &mut ShadowCache::new(self.config.shadow_cache);
-                let statistics = &mut statistics();
+                let statistics = &mut Statistics::of_counts();
                 tile.tracer().run(
                     &mut scratch,
                     SampleNumbers::One(0),
@@ -213,17 +213,6 @@ impl Filler<'_> {
                 .collect::<Vec<_>>()
         });
         some.collect()
-    }
-}
-
-fn statistics<'a>() -> Statistics<'a> {
-    Statistics {
-        counts: RayCounts::default(),
-        record: None,
-        sample: 0,
-        pixel_of: &|row| row,
-        memory: None,
-        covered: None,
     }
 }
 

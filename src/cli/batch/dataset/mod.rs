@@ -50,10 +50,7 @@ const MOST_OBJECTS: usize = 65_535;
 
 /// Returns the configuration of a picture with what its data set needs.
 pub fn rendered(config: RenderConfig) -> RenderConfig {
-    let mut aovs = config.aovs;
-    NEEDED.iter().for_each(|name| {
-        aovs.add(name);
-    });
+    let aovs = config.aovs.with(&NEEDED);
     RenderConfig { aovs, ..config }
 }
 

@@ -13,8 +13,13 @@ fn job() -> tempfile::TempDir {
     for name in ["s/a.toml", "s/b.toml"] {
         fs::write(folder.path().join(name), BALL).unwrap();
     }
-    let small = BALL.replace("radius = 1", "radius = 0.5");
-    fs::write(folder.path().join("s/c.toml"), small).unwrap();
+    // Not a smaller ball, which a view that frames it shows as large.
+    let block = BALL.replace(
+        "sphere = { center = [0, 0, 0], radius = 1 }",
+        "box = { min = [-1, -1, -1], max = [1, 1, 1] }",
+    );
+    assert_ne!(block, BALL);
+    fs::write(folder.path().join("s/c.toml"), block).unwrap();
     let job = "format = 1\nscene = \"s/*.toml\"\norbit = { views = 3 }\n\
                variant = [{ name = \"one\", spp = 1 }, { name = \"two\", spp = 2 }]\n\
                [render]\nsize = \"40x36\"\n";

@@ -38,6 +38,20 @@ impl Case {
             };
             canonical([corner(random), corner(random), corner(random)])
         });
+        // Triangles that are hardly more than a line, or that the rays pass edge-on.
+        let dir = random.vector();
+        let thin = random.below(4);
+        let corners = corners.map(|[a, b, c]| {
+            let along = match thin {
+                0 => std::array::from_fn(|k| f64::from(b[k]) - f64::from(a[k])),
+                1 => dir.map(|x| x * edge),
+                _ => return [a, b, c],
+            };
+            let (share, off) = (2.0 * random.unit(), edge * random.size(-9.0, -5.0));
+            let off = if random.unit() > 0.0 { off } else { 0.0 };
+            let mut at = |k: usize| f64::from(a[k]) + along[k] * share + off * random.unit();
+            canonical([a, b, std::array::from_fn(|k| at(k) as f32)])
+        });
         let spread = edge * random.size(-1.0, 1.5);
         let targets = std::array::from_fn(|i| {
             let [a, b, c] = corners[random.below(WIDE)].map(|p| p.map(f64::from));
@@ -72,7 +86,7 @@ impl Case {
             bounds,
             corners,
             targets,
-            dir: random.vector(),
+            dir,
             distance: random.size(-1.0, 4.0) * edge.max(0.01),
         }
     }

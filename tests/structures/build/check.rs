@@ -85,7 +85,7 @@ pub fn check_tree(tree: &WideBvh, boxes: &[Aabb32]) -> Vec<std::ops::Range<usize
     let mut reached = vec![false; tree.nodes.len()];
     let mut leaves = Vec::new();
     let all = below(tree, 0, 1, boxes, &mut reached, &mut leaves);
-    assert_eq!(all.union(&tree.bounds), tree.bounds);
+    assert_eq!(all, tree.bounds);
     check_order(tree);
     assert!(reached.iter().all(|r| *r));
     // Only the root may have a single child, or none.
@@ -99,10 +99,6 @@ fn block_bounds(block: Block) -> Aabb32 {
     around(corners.map(|c| Aabb32 { min: c, max: c }))
 }
 
-pub fn has_three_corners([a, b, c]: &Triangle) -> bool {
-    a != b && b != c && c != a
-}
-
 pub fn check(tree: &WideBlas, mesh: &Mesh) {
     let boxes: Vec<Aabb32> = tree.blocks.iter().map(block_bounds).collect();
     let leaves = check_tree(&tree.tree, &boxes);
@@ -111,12 +107,6 @@ pub fn check(tree: &WideBlas, mesh: &Mesh) {
         assert!(!std::mem::replace(&mut used[block], true));
     }
     assert!(used.iter().all(|u| *u));
-    let corners = (0..mesh.triangles.len()).flat_map(|i| mesh.corners(i));
-    let whole = around(corners.map(|c| Aabb32 { min: c, max: c }));
-    assert_eq!(
-        tree.tree.bounds, whole,
-        "also of triangles that no block has"
-    );
     let mut seen = vec![false; mesh.triangles.len()];
     for block in tree.blocks.iter() {
         assert_eq!(block.bounds(), block_bounds(block));
@@ -141,10 +131,7 @@ pub fn check(tree: &WideBlas, mesh: &Mesh) {
             }
         }
     }
-    // A triangle of which two corners are one point is never hit.
-    for (triangle, seen) in seen.into_iter().enumerate() {
-        assert_eq!(seen, has_three_corners(&mesh.corners(triangle)));
-    }
+    assert!(seen.iter().all(|s| *s));
 }
 
 pub fn bits(tree: &WideBvh) -> Vec<u32> {

@@ -9,7 +9,7 @@ mod refit;
 mod soups;
 
 use crate::common::property;
-use check::{around, build, build_high, check, check_tree, has_three_corners, mesh_bits};
+use check::{around, build, build_high, check, check_tree, mesh_bits};
 use lanecast::internals::accel::{BuildQuality, WIDE, build_boxes, build_mesh};
 use lanecast::internals::math::Aabb32;
 use lanecast::internals::scene::Meshes;
@@ -77,12 +77,7 @@ fn degenerate_triangles_make_valid_trees() {
             if ["nested", "powers"].contains(&what) {
                 continue;
             }
-            let kept = triangles.iter().filter(|t| has_three_corners(t)).count();
-            let blocks = kept.div_ceil(WIDE);
-            if kept == 0 {
-                assert!(tree.blocks.is_empty(), "{what}");
-                continue;
-            }
+            let blocks = count.div_ceil(WIDE);
             assert!(
                 tree.blocks.len() <= 2 * blocks + 1,
                 "{what}: {}",
@@ -127,7 +122,6 @@ fn boxes_stand_in_short_leaves_once() {
         let entries: Vec<Aabb32> = order.iter().map(|i| boxes[*i as usize]).collect();
         let leaves = check_tree(&tree, &entries);
         assert!(leaves.iter().all(|l| l.len() <= 4));
-        assert_eq!(tree.bounds, around(boxes.iter().copied()));
         let mut all: Vec<usize> = leaves.into_iter().flatten().collect();
         all.sort();
         assert!(all.iter().copied().eq(0..boxes.len()));

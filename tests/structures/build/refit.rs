@@ -37,23 +37,6 @@ fn refit_follows_the_vertices() {
     assert!(cost > 5.0 * built, "{built} {cost}");
 }
 
-/// Triangles of which two corners are one point are in no tree until they have an area.
-#[test]
-fn what_has_no_area_comes_back_with_one() {
-    let mut triangles = cloud(1000);
-    let kept = triangles.clone();
-    for triangle in triangles.iter_mut().step_by(3) {
-        triangle[2] = triangle[0];
-    }
-    let mut meshes = soup(&triangles);
-    let mut tree = build(&meshes);
-    check(&tree, &row(&meshes));
-    assert!(tree.blocks.len() < build(&soup(&kept)).blocks.len());
-    meshes.positions = soup(&kept).positions;
-    refit(&mut tree, &row(&meshes));
-    check(&tree, &row(&meshes));
-}
-
 #[test]
 fn refit_boxes_follows_the_entries() {
     let mut next = numbers(5);

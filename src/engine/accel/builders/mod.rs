@@ -58,43 +58,18 @@ impl BuildQuality {
     }
 }
 
-/// Builds the tree over a mesh's triangles, without those of which two corners are one point: no
-/// ray hits them (S16), and guarded beams are in doubt about all rays that pass near one.
+/// Builds the tree over a mesh's triangles.
 pub fn build_mesh(mesh: &Mesh, quality: BuildQuality) -> WideBlas {
-    let all = 0..mesh.triangles.len();
-    let kept: Option<Vec<u32>> = match all.clone().any(|i| is_segment(mesh, i)) {
-        false => None,
-        true => Some(
-            all.clone()
-                .filter(|i| !is_segment(mesh, *i))
-                .map(|i| i as u32)
-                .collect(),
-        ),
-    };
-    let row = |i: usize| kept.as_ref().map_or(i, |kept| kept[i] as usize);
-    let count = kept.as_ref().map_or(all.len(), Vec::len);
-    let bounds = |i: usize| corner_bounds(&mesh.corners(row(i)));
-    let (mut tree, ranges, order) = wide(count, bounds, &TRIANGLES, quality);
+    let bounds = |i: usize| corner_bounds(&mesh.corners(i));
+    let (mut tree, ranges, order) = wide(mesh.triangles.len(), bounds, &TRIANGLES, quality);
     let triangles = |block: usize| {
         let mut source = [UNUSED; WIDE];
-        for (to, from) in source.iter_mut().zip(&order[ranges[block].clone()]) {
-            *to = row(*from as usize) as u32;
-        }
+        let range = ranges[block].clone();
+        source[..range.len()].copy_from_slice(&order[range]);
         source
     };
     let blocks = blocks::lay_out(mesh, ranges.len(), triangles, &mut tree);
-    if kept.is_some() {
-        // Boxes of instances, and so spaces of beams, are those of the whole mesh.
-        let boxes = all.map(|i| corner_bounds(&mesh.corners(i)));
-        tree.bounds = boxes.fold(Aabb32::EMPTY, |whole, own| whole.union(&own));
-    }
     WideBlas { tree, blocks }
-}
-
-/// Says whether two corners of a triangle are one point.
-fn is_segment(mesh: &Mesh, triangle: usize) -> bool {
-    let [a, b, c] = mesh.corners(triangle);
-    a == b || b == c || c == a
 }
 
 /// Builds a tree over boxes, and returns it with the order of the boxes in its leaves. A

@@ -3,25 +3,17 @@
 //! Both functions return the new expected cost. The caller chooses at which multiple of the
 //! cost that the tree was built with it is built again (Lauterbach et al., RT-DEFORM, 2006).
 
+use super::blocks;
 use super::collapse::expected_cost;
 use super::costs::{INSTANCES, TRIANGLES};
-use super::{BuildQuality, blocks, build_mesh};
-use crate::accel::block::UNUSED;
 use crate::accel::wide_bvh::{WideBlas, WideBvh, WideNode};
 use crate::math::Aabb32;
 use crate::scene::Mesh;
 use rayon::prelude::*;
 
 /// Refits a tree to the mesh's vertices; the triangles must be those that the tree was built
-/// over. A tree that leaves out triangles without area is built again, for they may have one now.
+/// over.
 pub fn refit(tree: &mut WideBlas, mesh: &Mesh) -> f64 {
-    let used = (0..tree.blocks.len())
-        .map(|block| tree.blocks.get(block))
-        .map(|block| block.sources().iter().filter(|s| **s != UNUSED).count());
-    if used.sum::<usize>() < mesh.triangles.len() {
-        *tree = build_mesh(mesh, BuildQuality::default());
-        return tree.tree.sah;
-    }
     if !blocks::renew(mesh, &mut tree.blocks) {
         let old = &tree.blocks;
         let triangles = |block: usize| *old.get(block).sources();

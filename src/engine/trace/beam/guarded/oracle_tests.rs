@@ -112,6 +112,8 @@ struct Tally {
     sure: u64,
     missed: u64,
     doubts: u64,
+    /// Pairs of which no hit is certain, and those of them that are certain misses.
+    open: [u64; 2],
     /// Largest quotient of an error and its bound.
     worst: f64,
 }
@@ -132,12 +134,14 @@ impl Tally {
             sure,
             missed,
             doubts,
+            open: [open, passed],
             worst,
         } = self;
         println!(
-            "{what}: of {pairs} pairs {sure} certain hits, {missed} certain misses, {doubts} in doubt; worst error {worst:.3} of its bound"
+            "{what}: of {pairs} pairs {sure} certain hits, {missed} certain misses, {doubts} in doubt; {open} seen edge-on, of which {passed} certain misses; worst error {worst:.3} of its bound"
         );
         assert!(*sure > pairs / 1000 && *missed > pairs / 10, "{what}");
+        assert!(*open > pairs / 50 && *passed > open / 2, "{what}");
         assert!(*worst < 1.0, "{what}");
     }
 }
@@ -169,7 +173,10 @@ pub fn decisions<E: Probe>(
             let what = || format!("ray {ray} from {org:?} along {dir:?}, triangle {corners:?}");
             tally.count(may, certified.sure);
             let margin = f64::from(all.margin(slot)) / 2.0;
-            if margin.is_finite() {
+            if margin.is_infinite() {
+                tally.open[0] += 1;
+                tally.open[1] += u64::from(!may);
+            } else {
                 let (values, volume) = edges(corners, *org, *dir, along);
                 let exact = least(values, E::turned_by(values, volume));
                 let off = f64::from(value) - margin - exact;

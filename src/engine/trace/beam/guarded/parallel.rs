@@ -14,9 +14,10 @@ use crate::trace::beam::rays::{Beam, RayGroup};
 #[repr(C, align(64))]
 pub struct Edges {
     /// Coefficients of the edge functions a, b, c (each opposite to its corner) over (u, v, 1),
-    /// the last grown by the error bound; `[which][axis][slot]`, turned so that det ≥ 0.
+    /// the last grown by the error bound, of triangles seen edge-on by what B20 tells;
+    /// `[which][axis][slot]`, turned so that det ≥ 0.
     normal: [[[f32; WIDE]; 3]; 3],
-    /// Twice the error bound of edge functions (B11).
+    /// Twice the error bound of edge functions (B11); infinite where no hit is certain.
     margin: [f32; WIDE],
     /// Coefficients of the depth over (u, v, 1).
     plane: [[f32; WIDE]; 3],
@@ -103,12 +104,19 @@ impl super::Edges for Edges {
 
         let (zero, one) = (Register::zero(), splat(1.0));
         let turn = <Register as Lanes>::select(det.lt(zero), -one, one);
-        // Every decision is open if the sign of det is, or if numbers leave the format.
+        // Every decision is open if numbers leave the format. No hit is certain if the sign of
+        // det is open.
         let largest = (extent + deep) * (across + splat(beam.reach));
-        let sane = Lanes::gt(det.abs(), det_error) & Lanes::lt(largest, splat(1e37));
-        let margin = <Register as Lanes>::select(sane, margin, splat(f32::INFINITY));
+        let sized = Lanes::lt(largest, splat(1e37));
+        let sane = Lanes::gt(det.abs(), det_error) & sized;
+        // B20.
+        let edge_on = (det.abs() + det_error).mul_add(splat(1.0 + 16.0 * UNIT), margin);
+        let infinite = splat(f32::INFINITY);
+        let growth = <Register as Lanes>::select(sized, edge_on, infinite);
+        let growth = <Register as Lanes>::select(sane, margin, growth);
+        let margin = <Register as Lanes>::select(sane, margin, infinite);
         let clear = Lanes::gt(det.abs(), det_error + det_error) & sane;
-        let slack = <Register as Lanes>::select(clear, slack, splat(f32::INFINITY));
+        let slack = <Register as Lanes>::select(clear, slack, infinite);
         let off = bounds.depth;
         let mut edges = Edges {
             normal: [[[0.0; WIDE]; 3]; 3],
@@ -124,7 +132,7 @@ impl super::Edges for Edges {
             for axis in 0..3 {
                 let mut n = normal[axis] * turn;
                 if axis == 2 {
-                    n += margin;
+                    n += growth;
                 }
                 n.store(&mut edges.normal[which][axis]);
             }

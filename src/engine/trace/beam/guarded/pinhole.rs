@@ -17,10 +17,10 @@ use crate::trace::beam::rays::{Beam, RayGroup};
 #[repr(C, align(64))]
 pub struct Edges {
     /// Normals of the edges a, b, c (each opposite to its corner) in the local frame, grown
-    /// by the error bound along the main axis, and of the plane as all kernels have it;
-    /// `[which][axis][slot]`, turned so that T ≥ 0.
+    /// along the main axis by the error bound, of triangles seen edge-on by what B20 tells, and of
+    /// the plane as all kernels have it; `[which][axis][slot]`, turned so that T ≥ 0.
     normal: [[[f32; WIDE]; 3]; 4],
-    /// Twice the error bound of edge functions (B6).
+    /// Twice the error bound of edge functions (B6); infinite where no hit is certain.
     margin: [f32; WIDE],
     /// T: the depth times det.
     top: [f32; WIDE],
@@ -118,11 +118,21 @@ impl super::Edges for Edges {
         let (zero, one) = (Register::zero(), splat(1.0));
         let turn = <Register as Lanes>::select(top.lt(zero), -one, one);
         let top = top.abs();
-        // Every decision is open if the sign of T is (B8), or if numbers leave the format (B10):
-        // a product's bound is at least 10⁻¹⁸ of it.
+        // Every decision is open if numbers leave the format (B10): a product's bound is at
+        // least 10⁻¹⁸ of it. No hit is certain if the sign of T is open (B8).
         let sized = Lanes::lt(margin, splat(1e17)) & Lanes::lt(det_size + top_size, splat(1e30));
         let sane = Lanes::gt(top, top_error) & sized;
         let infinite = splat(f32::INFINITY);
+        // B3.
+        let (nearest, farthest) = (lowest - splat(bounds.depth), highest + splat(bounds.depth));
+        let mut growth = <Register as Lanes>::select(sane, margin, infinite);
+        let edge_on = sized & !sane & Lanes::gt(nearest, zero);
+        if edge_on.any() {
+            // B20.
+            let most = (top + top_error) / nearest;
+            let most = most.mul_add(splat(1.0 + 16.0 * UNIT), margin);
+            growth = <Register as Lanes>::select(edge_on, most, growth);
+        }
         let margin = <Register as Lanes>::select(sane, margin, infinite);
         let top_error = <Register as Lanes>::select(sane, top_error, infinite);
         let mut edges = Edges {
@@ -144,7 +154,7 @@ impl super::Edges for Edges {
             for axis in 0..3 {
                 let mut n = normals[which][axis] * turn;
                 if which < 3 && axis == 2 {
-                    n += margin;
+                    n += growth;
                 }
                 n.store(&mut edges.normal[which][axis]);
             }
@@ -161,8 +171,6 @@ impl super::Edges for Edges {
             (per_top * top_error + splat(8.0 * UNIT)).store(&mut edges.fixed);
             (per_top * det_error).store(&mut edges.growing);
         }
-        // B3.
-        let (nearest, farthest) = (lowest - splat(bounds.depth), highest + splat(bounds.depth));
         lowest.store(&mut edges.lowest);
         nearest.store(&mut edges.nearest);
         farthest.store(&mut edges.farthest);

@@ -45,10 +45,10 @@ pub use lanecast_model::scene::{
 // Tracing.
 pub use lanecast_engine::trace::{End, Span, Spans};
 pub use lanecast_model::plan::{Choices, Precision};
-pub use tracer::{Error, Hit, Hits, RayBatch, Solids, Tracer, TracerOptions};
+pub use lanecast_picture::tracer::{Error, Hit, Hits, RayBatch, Solids, Tracer, TracerOptions};
 // Pictures.
 pub use lanecast_io::{AovSet, Bits, Development, Picture, Tone};
-pub use render::{Backdrop, Exposure, FinishedTile, Progress, RenderConfig};
+pub use lanecast_picture::render::{Backdrop, Exposure, FinishedTile, Progress, RenderConfig};
 // Vectors.
 pub use glam::DVec3;
 
@@ -63,29 +63,13 @@ pub mod shapes {
 /// The parts of the tracer, for its tests and for people who study them: they may change with
 /// any version. docs/ARCHITECTURE.md says what each is and which may use which.
 pub mod internals {
-    #[doc(inline)]
-    pub use crate::{cli, measure, render, shade};
+    pub use lanecast_cli as cli;
     pub use lanecast_engine::{accel, trace};
     pub use lanecast_io as io;
     pub use lanecast_light as light;
+    pub use lanecast_measure as measure;
     pub use lanecast_model::{csg, geom, plan, scene};
     pub use lanecast_numerics::{math, roots};
+    pub use lanecast_picture::{render, shade};
     pub use lanecast_reference as reference;
 }
-
-use lanecast_engine::{accel, trace};
-use lanecast_io as io;
-use lanecast_light as light;
-use lanecast_model::{geom, plan, scene};
-use lanecast_numerics::{math, roots};
-use lanecast_reference as reference;
-
-#[doc(hidden)]
-pub mod cli;
-#[doc(hidden)]
-pub mod measure;
-#[doc(hidden)]
-pub mod render;
-#[doc(hidden)]
-pub mod shade;
-mod tracer;

@@ -14,11 +14,11 @@ use super::pipeline::named;
 use super::render::composed;
 use super::tradeoff::{Task, trade};
 use super::{interrupt, isa, scene};
-use crate::io::LoadError;
-use crate::measure::tradeoff::{Bound, Point, within, worst_of};
-use crate::render::{Backdrop, Grid, Integrator, RenderConfig};
-use crate::scene::{Instances, Outlook, Projection, Scene};
 use glam::DVec3;
+use lanecast_io::LoadError;
+use lanecast_measure::tradeoff::{Bound, Point, within, worst_of};
+use lanecast_model::scene::{Instances, Outlook, Projection, Scene};
+use lanecast_picture::render::{Backdrop, Grid, Integrator, RenderConfig};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -59,7 +59,7 @@ pub fn resolved(args: &RenderArgs, bounds: &[Bound]) -> Result<Vec<OsString>, Cl
         ));
     }
     // What was left out of the file is said when it is loaded for the picture.
-    let loaded = crate::io::load(path, &args.load_options(Vec::new()))?.scene;
+    let loaded = lanecast_io::load(path, &args.load_options(Vec::new()))?.scene;
     let asked = composed(args, loaded, args.config()?)?;
     let config = small(&asked.1);
     let class = class_of(&asked.0, &config, path)?;

@@ -4,7 +4,7 @@ use super::args::ConvertArgs;
 use super::error::CliError;
 use super::output::{Results, check_destinations, complain, printable_line};
 use super::{interrupt, scene};
-use crate::io::{NativeError, SaveError, native_scene};
+use lanecast_io::{NativeError, SaveError, native_scene};
 use std::path::{Path, PathBuf};
 
 pub fn run(args: &ConvertArgs) -> Result<(), CliError> {

@@ -1,8 +1,8 @@
 //! Errors of a command, and their exit codes.
 
-use crate::io::{LoadError, SaveError};
-use crate::measure::verify::Interrupted;
-use crate::render::RenderError;
+use lanecast_io::{LoadError, SaveError};
+use lanecast_measure::verify::Interrupted;
+use lanecast_picture::render::RenderError;
 use thiserror::Error;
 
 #[derive(Debug, Error)]

@@ -4,8 +4,8 @@ use super::args::{ExportArgs, RENDER_SIZE};
 use super::error::CliError;
 use super::output::{Results, Sink, check_destinations, complain, print, printable_line};
 use super::{batch, interrupt, scene};
-use crate::io::{LoadError, MitsubaPicture, mitsuba_scene, pov_text, pov_warning};
-use crate::scene::{Camera, Instances, Lighting, Scene};
+use lanecast_io::{LoadError, MitsubaPicture, mitsuba_scene, pov_text, pov_warning};
+use lanecast_model::scene::{Camera, Instances, Lighting, Scene};
 use std::path::{Path, PathBuf};
 
 /// Exports a scene or a job; `render` is the definition of `lanecast render`.

@@ -6,12 +6,12 @@ use super::interrupt;
 use super::output::{Results, check_destinations};
 use super::pipeline::{isa, thread_pool};
 use super::progress::Drawing;
-use crate::measure::extremes::{
+use lanecast_measure::extremes::{
     ExtremesOptions, Figures, PRECISIONS, Point, Report, SWEEPS, Start, SweepReport, ULPS_ALLOWED,
     run as sweep, shown,
 };
-use crate::measure::plot::{Heading, extremes_page};
-use crate::plan::{Precision, widths};
+use lanecast_measure::plot::{Heading, extremes_page};
+use lanecast_model::plan::{Precision, widths};
 use std::fmt::Write;
 
 pub fn run(args: &ExtremesArgs) -> Result<(), CliError> {

@@ -15,15 +15,15 @@ use super::progress::{Drawing, rate};
 use super::render::files;
 use super::scene::{pick_camera, viewed};
 use super::{ground, interrupt, metadata, motion, shutter, tile};
-use crate::accel::{KeptTrees, RefitOutcome, WORST_REFIT, World};
-use crate::io::{Development, LoadError};
-use crate::measure::{FrameStats, Stats, Watch};
-use crate::plan::places_meshes;
-use crate::render::{
+use lanecast_engine::accel::{KeptTrees, RefitOutcome, WORST_REFIT, World};
+use lanecast_engine::trace::Reuse;
+use lanecast_io::{Development, LoadError};
+use lanecast_measure::{FrameStats, Stats, Watch};
+use lanecast_model::plan::places_meshes;
+use lanecast_model::scene::{Instances, Scene, Timeline};
+use lanecast_picture::render::{
     FrameMemory, RenderConfig, Rendered, View, render_after, render_blurred, window_key,
 };
-use crate::scene::{Instances, Scene, Timeline};
-use crate::trace::Reuse;
 use std::path::{Path, PathBuf};
 
 pub fn run(

@@ -2,16 +2,16 @@
 
 use super::error::CliError;
 use super::scene::pick_camera;
-use crate::geom::HalfSpace;
-use crate::io::LoadError;
-use crate::math::Aabb;
-use crate::render::{Backdrop, Ground, Integrator, RenderConfig, ground_albedo};
-use crate::scene::{
+use glam::DVec3;
+use lanecast_io::LoadError;
+use lanecast_model::geom::HalfSpace;
+use lanecast_model::scene::{
     Edge, Instances, Lighting, Material, Model, Scene, SceneBuilder, Shape, ShapeId, framed_bounds,
     shape_bounds,
 };
-use crate::tracer::{RayBatch, Tracer, TracerOptions};
-use glam::DVec3;
+use lanecast_numerics::math::Aabb;
+use lanecast_picture::render::{Backdrop, Ground, Integrator, RenderConfig, ground_albedo};
+use lanecast_picture::tracer::{RayBatch, Tracer, TracerOptions};
 use std::path::Path;
 
 /// Rays along each side of the box that look for the lowest points of curved things.
@@ -125,10 +125,10 @@ fn matte(albedo: [f32; 3]) -> Material {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geom::{Cuboid, Sphere};
-    use crate::math::Affine;
-    use crate::scene::Camera;
     use glam::DAffine3;
+    use lanecast_model::geom::{Cuboid, Sphere};
+    use lanecast_model::scene::Camera;
+    use lanecast_numerics::math::Affine;
 
     /// A box on one of its corners, which its own box does not show, and a camera near the
     /// ground, so that the horizon is in the picture.
@@ -178,7 +178,7 @@ mod tests {
     #[test]
     fn things_stand_on_the_ground() {
         let (scene, _) = on_ground(scene(), config()).unwrap();
-        let plane = scene.half_spaces.row(crate::scene::HalfSpaceId(0));
+        let plane = scene.half_spaces.row(lanecast_model::scene::HalfSpaceId(0));
         assert_eq!(plane.normal, DVec3::Y);
         // The ball's own box, turned, would end at -1.41.
         assert!((plane.offset + 1.0).abs() < 1e-3, "{}", plane.offset);

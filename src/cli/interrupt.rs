@@ -8,8 +8,8 @@
 
 use super::error::CliError;
 use super::output::complain;
-use crate::io::{discard_unfinished, end_children};
-use crate::render::Progress;
+use lanecast_io::{discard_unfinished, end_children};
+use lanecast_picture::render::Progress;
 #[cfg(unix)]
 use signal_hook::consts::SIGXFSZ;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};

@@ -1,6 +1,6 @@
 //! What materials have, by name.
 
-use crate::scene::{Material, Model};
+use lanecast_model::scene::{Material, Model};
 
 /// Says whether light inside a solid of the material is bent or absorbed.
 pub fn is_medium(material: &Material) -> bool {

@@ -3,8 +3,8 @@
 use super::args::{CompletionsArgs, ManArgs};
 use super::error::CliError;
 use super::output::{Results, check_destinations, print};
-use crate::io::SaveError;
 use clap::Command;
+use lanecast_io::SaveError;
 use std::path::PathBuf;
 
 /// Prints the completions of a shell.

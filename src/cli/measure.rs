@@ -7,15 +7,15 @@ use super::output::{Results, check_destinations, printable_line};
 use super::pipeline::thread_pool;
 use super::progress::Drawing;
 use super::scene::{self, shape_name};
-use crate::io::LoadError;
-use crate::math::Affine;
-use crate::measure::volumes::moments::inertia;
-use crate::measure::volumes::{
+use glam::DVec3;
+use lanecast_io::LoadError;
+use lanecast_measure::volumes::moments::inertia;
+use lanecast_measure::volumes::{
     Extent, Goal, Measured, Method, NoVolume, Placed, Volume, extent, together,
 };
-use crate::render::{Progress, mix};
-use crate::scene::{Instance, Instances, Scene, Shape, ShapeId, Target};
-use glam::DVec3;
+use lanecast_model::scene::{Instance, Instances, Scene, Shape, ShapeId, Target};
+use lanecast_numerics::math::Affine;
+use lanecast_picture::render::{Progress, mix};
 use serde::Serialize;
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -210,7 +210,10 @@ impl Measurer<'_> {
         rows
     }
 
-    fn roots(&mut self, instances: &Instances) -> Result<Vec<Row>, crate::scene::SceneError> {
+    fn roots(
+        &mut self,
+        instances: &Instances,
+    ) -> Result<Vec<Row>, lanecast_model::scene::SceneError> {
         instances.check_enumerable()?;
         let count = self.scene.roots.len();
         let mut parts: Vec<Vec<(usize, Volume)>> = vec![Vec::new(); count];

@@ -1,8 +1,8 @@
 //! The memory that a picture takes, compared with what is free before any work.
 
 use super::error::CliError;
-use crate::io::{AovSet, Bits};
-use crate::render::{Backdrop, RenderConfig, picture_bytes};
+use lanecast_io::{AovSet, Bits};
+use lanecast_picture::render::{Backdrop, RenderConfig, picture_bytes};
 use std::path::Path;
 
 /// Refuses a picture that needs more memory than the system has free, where it tells.

@@ -6,8 +6,8 @@ use super::interrupt;
 use super::output::{Results, check_destinations, printable_line};
 use super::render::check_alpha;
 use super::tile;
-use crate::io::{LoadError, Part, PartHeader, picture_files};
-use crate::render::Merge;
+use lanecast_io::{LoadError, Part, PartHeader, picture_files};
+use lanecast_picture::render::Merge;
 use std::path::{Path, PathBuf};
 
 pub fn run(args: &MergeArgs) -> Result<(), CliError> {
@@ -112,7 +112,7 @@ fn check(parts: &[(PartHeader, &Path)]) -> Result<(), CliError> {
             )
             .into());
         }
-        if !crate::render::is_part(samples) {
+        if !lanecast_picture::render::is_part(samples) {
             return Err(wrong(path, "its samples are no part; render it again").into());
         }
         if samples.start < end {

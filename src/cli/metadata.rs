@@ -2,10 +2,10 @@
 
 use super::args::{RenderArgs, Told};
 use super::error::CliError;
-use crate::io::{AovSet, Attribute, Metadata, Picture};
-use crate::measure::Stats;
-use crate::render::{Integrator, RenderConfig};
-use crate::scene::{Camera, Projection};
+use lanecast_io::{AovSet, Attribute, Metadata, Picture};
+use lanecast_measure::Stats;
+use lanecast_model::scene::{Camera, Projection};
+use lanecast_picture::render::{Integrator, RenderConfig};
 use std::path::Path;
 
 /// Refuses metadata where no file can hold it.

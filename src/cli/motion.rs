@@ -2,9 +2,9 @@
 
 use super::error::CliError;
 use super::pipeline::Prepared;
-use crate::io::{LoadError, Picture};
-use crate::render::{Moment, RenderConfig, motion_vectors};
-use crate::scene::{Camera, Instances, Scene};
+use lanecast_io::{LoadError, Picture};
+use lanecast_model::scene::{Camera, Instances, Scene};
+use lanecast_picture::render::{Moment, RenderConfig, motion_vectors};
 use std::path::Path;
 
 /// What motion vectors are computed from.

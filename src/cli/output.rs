@@ -2,7 +2,7 @@
 
 use super::error::CliError;
 use super::interrupt;
-use crate::io::{Outputs, SaveError, check_writable};
+use lanecast_io::{Outputs, SaveError, check_writable};
 use serde::Serialize;
 use std::collections::HashSet;
 use std::io::{ErrorKind, Write};

@@ -8,9 +8,9 @@ use super::progress::rate;
 use super::render::exposed;
 use super::scene::{pick_camera, viewed};
 use super::{ground, interrupt, memory, shutter};
-use crate::light::sampler::Kind;
-use crate::measure::{Stats, Watch};
-use crate::render::{
+use lanecast_light::sampler::Kind;
+use lanecast_measure::{Stats, Watch};
+use lanecast_picture::render::{
     Backdrop, Grid, Integrator, RenderConfig, View, is_part, parts_of, render_part,
 };
 use std::ops::Range;

@@ -5,10 +5,10 @@ use super::error::CliError;
 use super::interrupt;
 use super::output::{Results, check_destinations, printable_line};
 use super::scene::{self, shape_name};
-use crate::io::LoadError;
-use crate::scene::{Instances, MaterialId, Scene};
-use crate::trace::{End, Solids, Span, Spans, TraceScratch};
 use glam::DVec3;
+use lanecast_engine::trace::{End, Solids, Span, Spans, TraceScratch};
+use lanecast_io::LoadError;
+use lanecast_model::scene::{Instances, MaterialId, Scene};
 use serde::Serialize;
 use std::fmt::Write;
 

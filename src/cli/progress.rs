@@ -6,8 +6,8 @@
 //! fair sample of all.
 
 use super::farm::{Engine, FarmLines};
-use crate::render::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use lanecast_picture::render::Progress;
 use serde::Serialize;
 use std::io::IsTerminal;
 use std::sync::Arc;

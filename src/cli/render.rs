@@ -10,13 +10,13 @@ use super::progress::rate;
 use super::scene::{pick_camera, viewed};
 use super::tev::Display;
 use super::{frames, ground, interrupt, memory, metadata, motion, part, shutter, tile};
-use crate::io::{AovSet, LoadError, picture_files};
-use crate::measure::{PictureSize, Stats, Watch};
-use crate::render::{
+use lanecast_io::{AovSet, LoadError, picture_files};
+use lanecast_measure::{PictureSize, Stats, Watch};
+use lanecast_model::scene::Scene;
+use lanecast_picture::render::{
     Backdrop, FinishedTile, Integrator, Reached, RenderConfig, Rendered, View, legend,
     render_blurred, render_showing, window_key,
 };
-use crate::scene::Scene;
 use std::path::{Path, PathBuf};
 
 pub fn run(args: &RenderArgs) -> Result<(), CliError> {

@@ -3,13 +3,13 @@
 use super::args::{STDIN, ViewArgs};
 use super::error::CliError;
 use super::output;
-use crate::io::LoadError;
-use crate::io::{self, Given, LoadOptions};
-use crate::render::RenderConfig;
-use crate::scene::{
+use glam::DVec3;
+use lanecast_io::LoadError;
+use lanecast_io::{self as io, Given, LoadOptions};
+use lanecast_model::scene::{
     Camera, Cameras, Instances, Lens, Outlook, Projection, Scene, ShapeId, UnknownCamera,
 };
-use glam::DVec3;
+use lanecast_picture::render::RenderConfig;
 use std::io::{ErrorKind, Read};
 use std::path::Path;
 use std::sync::Arc;

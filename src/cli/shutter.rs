@@ -2,8 +2,8 @@
 
 use super::error::CliError;
 use super::output::complain;
-use crate::io::LoadError;
-use crate::render::{Exposure, RenderConfig, SliceError, Slices, View};
+use lanecast_io::LoadError;
+use lanecast_picture::render::{Exposure, RenderConfig, SliceError, Slices, View};
 use std::path::Path;
 
 /// Makes the slices of a picture's shutter, if it has one. `row` is that of the camera, `asked`

@@ -6,8 +6,8 @@
 
 use super::error::CliError;
 use super::output::complain;
-use crate::io::Picture;
-use crate::render::FinishedTile;
+use lanecast_io::Picture;
+use lanecast_picture::render::FinishedTile;
 use std::io::Write;
 use std::net::{TcpStream, ToSocketAddrs};
 use std::sync::Mutex;

@@ -7,7 +7,7 @@ use super::args::{BatchArgs, ThumbsArgs};
 use super::batch::{self, Shown, relative};
 use super::error::CliError;
 use super::output::Results;
-use crate::io::{Outputs, SaveError};
+use lanecast_io::{Outputs, SaveError};
 use std::collections::BTreeSet;
 use std::fs;
 use std::io::Read;

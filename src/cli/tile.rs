@@ -6,8 +6,8 @@ use super::args::{RenderArgs, TileChoice};
 use super::error::CliError;
 use super::interrupt;
 use super::metadata;
-use crate::io::{Development, LoadError, Outputs, Picture, PictureTile, SaveError, TileHeader};
-use crate::render::{Backdrop, Progress, RenderConfig, Window};
+use lanecast_io::{Development, LoadError, Outputs, Picture, PictureTile, SaveError, TileHeader};
+use lanecast_picture::render::{Backdrop, Progress, RenderConfig, Window};
 use std::path::Path;
 
 /// Refuses what a tile cannot have, before any work.

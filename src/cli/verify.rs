@@ -11,18 +11,18 @@ use super::output::{Results, check_destinations};
 use super::pipeline::{Prepared, complete};
 use super::progress::{Drawing, Style};
 use super::scene;
-use crate::accel::World;
-use crate::io::LoadError;
-use crate::measure::adversarial::{Aimed, adversarial_rays, trace_aimed};
-use crate::measure::verify::{
+use lanecast_engine::accel::World;
+use lanecast_engine::trace::{ScratchPool, TracedRay};
+use lanecast_io::LoadError;
+use lanecast_measure::adversarial::{Aimed, adversarial_rays, trace_aimed};
+use lanecast_measure::verify::{
     Comparison, Differences, Float, Interrupted, VerifyOptions, View, independent, nearest_hits,
     replay, replay_aimed,
 };
-use crate::measure::{Stats, Watch};
-use crate::plan::{Choices, Kernels, LaneCount, Precision, plan};
-use crate::reference::{self, Reference};
-use crate::render::{Grid, Progress, RenderConfig, RenderError, Rendered, render};
-use crate::trace::{ScratchPool, TracedRay};
+use lanecast_measure::{Stats, Watch};
+use lanecast_model::plan::{Choices, Kernels, LaneCount, Precision, plan};
+use lanecast_picture::render::{Grid, Progress, RenderConfig, RenderError, Rendered, render};
+use lanecast_reference::{self as reference, Reference};
 use report::{Mode, Report, Time};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -151,7 +151,10 @@ struct Check<'a> {
 impl Check<'_> {
     /// Compares one precision's picture, at its width and at one lane, with the
     /// reference.
-    fn mode(&self, precision: Precision) -> Result<(Mode, crate::shade::RayCounts), CliError> {
+    fn mode(
+        &self,
+        precision: Precision,
+    ) -> Result<(Mode, lanecast_picture::shade::RayCounts), CliError> {
         let kernels = self.kernels(precision)?;
         let options = self.options(kernels, self.sample);
         let fast = self.recorded(kernels)?;
@@ -250,7 +253,7 @@ impl Check<'_> {
     }
 
     fn rendered(&self, kernels: Kernels, recording: bool) -> Result<Rendered, RenderError> {
-        let view = crate::render::View {
+        let view = lanecast_picture::render::View {
             world: self.world,
             kernels,
             camera: self.prepared.camera,

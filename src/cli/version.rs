@@ -4,7 +4,7 @@ use super::args::VersionArgs;
 use super::error::CliError;
 use super::isa;
 use super::output::{Results, check_destinations};
-use crate::plan;
+use lanecast_model::plan;
 use serde::Serialize;
 
 /// The value that `--json` writes.

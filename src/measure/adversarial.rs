@@ -14,15 +14,15 @@ mod implicits;
 mod level_sets;
 mod targets;
 
-use crate::accel::World;
-use crate::plan::Kernels;
-use crate::render::{Progress, mix, unit};
-use crate::scene::{Camera, Instance, Scene};
-use crate::trace::{
+use glam::DVec3;
+use lanecast_engine::accel::World;
+use lanecast_engine::trace::{
     BEAM, Caching, Depths, HitId, HitIds, Hits, Outcome, RayKind, Rays, ScratchPool, ShadowCache,
     TraceScratch, TracedRay, Vectors, any, closest,
 };
-use glam::DVec3;
+use lanecast_model::plan::Kernels;
+use lanecast_model::scene::{Camera, Instance, Scene};
+use lanecast_picture::render::{Progress, mix, unit};
 use rayon::prelude::*;
 use targets::in_object;
 

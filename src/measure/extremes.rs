@@ -22,11 +22,11 @@ pub use rays::SweepRay;
 pub use sweeps::{SWEEPS, Subject, Sweep};
 
 use super::verify::Interrupted;
-use crate::accel::{Structure, World};
-use crate::plan::{Choices, LaneCount, Plan, Precision, plan};
-use crate::reference::Reference;
-use crate::render::{Progress, mix};
-use crate::scene::{Instances, Scene, SceneBuilder};
+use lanecast_engine::accel::{Structure, World};
+use lanecast_model::plan::{Choices, LaneCount, Plan, Precision, plan};
+use lanecast_model::scene::{Instances, Scene, SceneBuilder};
+use lanecast_picture::render::{Progress, mix};
+use lanecast_reference::Reference;
 use rays::Random;
 use serde::Serialize;
 use std::fmt;

@@ -6,14 +6,14 @@
 
 use super::clock::{Clock, best_and_median};
 use super::queries::{columns, padded};
-use crate::accel::{KeptTrees, RefitOutcome, Structure, WORST_REFIT, World};
-use crate::io::RaySet;
-use crate::plan::Kernels;
-use crate::render::Progress;
-use crate::scene::{Instances, Scene, SceneError};
-use crate::trace::{
+use lanecast_engine::accel::{KeptTrees, RefitOutcome, Structure, WORST_REFIT, World};
+use lanecast_engine::trace::{
     Depths, HitId, HitIds, Hits, Rays, Reuse, TemporalBounds, TemporalCounts, TraceScratch,
 };
+use lanecast_io::RaySet;
+use lanecast_model::plan::Kernels;
+use lanecast_model::scene::{Instances, Scene, SceneError};
+use lanecast_picture::render::Progress;
 use serde::Serialize;
 
 /// One way to trace the frames' camera rays, through the trees that `render` would use.

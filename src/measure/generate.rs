@@ -5,7 +5,7 @@
 //! one fine. Elementary functions come from the crate `libm`, so the mesh is the same
 //! on every machine.
 
-use crate::io::TriangleSet;
+use lanecast_io::TriangleSet;
 use std::f64::consts::{PI, TAU};
 
 /// Returns the (longitudes, latitudes) whose number of triangles is nearest to the

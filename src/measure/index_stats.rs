@@ -1,7 +1,7 @@
 //! Cost of acceleration structures: build time, memory, and expected cost of a ray.
 
 use super::clock::best_and_median;
-use crate::accel::{Figures, World};
+use lanecast_engine::accel::{Figures, World};
 use serde::Serialize;
 
 /// One acceleration structure, with the field names of `bench --json`.

@@ -1,6 +1,6 @@
 //! Names of instance ids: which node, shape and material of the file each belongs to.
 
-use crate::scene::{Instance, Instances, Scene, Target};
+use lanecast_model::scene::{Instance, Instances, Scene, Target};
 use serde::Serialize;
 
 /// The greatest number of instances that are listed.

@@ -9,16 +9,16 @@
 //! decisions are the same, rounding has grown along the path, and the difference has to lie
 //! within the bound that the reference derives for this path (`LightReference::spread`).
 
-use crate::light::filter::Kind;
-use crate::reference::Reference;
-use crate::reference::light::{
+use lanecast_engine::trace::HitId;
+use lanecast_light::filter::Kind;
+use lanecast_model::scene::{Projection, Rgb, studio};
+use lanecast_picture::render::{Block, PathProbe, Progress, RenderConfig, View};
+use lanecast_picture::shade::path::PathVertex;
+use lanecast_reference::Reference;
+use lanecast_reference::light::{
     DIRECTION, LightRay, LightReference, ORIGIN, OTHER, Path, Profile, Settings, Spread, Unknown,
     Vertex, WEIGHT, chord_of, error, extent, ray_apart,
 };
-use crate::render::{Block, PathProbe, Progress, RenderConfig, View};
-use crate::scene::{Projection, Rgb, studio};
-use crate::shade::path::PathVertex;
-use crate::trace::HitId;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::fmt::Write;
@@ -105,7 +105,7 @@ pub fn verify_light(
 ) -> Result<LightComparison, LightError> {
     let probe = PathProbe::new(view, config, progress);
     let probe = probe.ok_or(LightError::Unknown("integrators without paths"))?;
-    if config.sampler != crate::light::sampler::Kind::Sobol || config.spp > 1 << 16 {
+    if config.sampler != lanecast_light::sampler::Kind::Sobol || config.spp > 1 << 16 {
         return Err(LightError::Unknown("samplers but sobol"));
     }
     if view.camera.lens.is_some() {

@@ -4,14 +4,14 @@
 //! directly; only an incomplete last tile is copied. No answer depends on the chunks or
 //! on the number of threads. `bench` times all of this.
 
-use crate::accel::{Counter, Counts, World};
-use crate::io::RaySet;
-use crate::plan::Kernels;
-use crate::render::Progress;
-use crate::trace::{
+use lanecast_engine::accel::{Counter, Counts, World};
+use lanecast_engine::trace::{
     BEAM, CacheCounts, Caching, Depths, HitIds, Hits, Ids, ItemBuffer, Rays, ScratchPool,
     ShadowCache, TraceScratch, Vectors, any, any_counted, closest, closest_counted, closest_listed,
 };
+use lanecast_io::RaySet;
+use lanecast_model::plan::Kernels;
+use lanecast_picture::render::Progress;
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};

@@ -11,14 +11,14 @@
 
 use super::queries::{Answers, Ask, trace};
 use super::ray_kinds::{Kind, Order};
-use crate::accel::World;
-use crate::io::RaySet;
-use crate::plan::{Kernels, Precision};
-use crate::render::{BLOCK, Grid, Progress, RayGenerator, every_second_bit, mix, unit};
-use crate::scene::{Camera, Light, Projection};
-use crate::shade::Surface;
-use crate::trace::{Caching, HitId};
 use glam::DVec3;
+use lanecast_engine::accel::World;
+use lanecast_engine::trace::{Caching, HitId};
+use lanecast_io::RaySet;
+use lanecast_model::plan::{Kernels, Precision};
+use lanecast_model::scene::{Camera, Light, Projection};
+use lanecast_picture::render::{BLOCK, Grid, Progress, RayGenerator, every_second_bit, mix, unit};
+use lanecast_picture::shade::Surface;
 
 /// The input of ray sets.
 pub struct Source<'a> {

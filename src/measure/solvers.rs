@@ -1,7 +1,9 @@
 //! Root finders compared: the roots they find, and their time.
 
-use crate::io::KnownRoot;
-use crate::roots::{Answer, Interval, Polynomial, Proof, Solver, SolverError, Want, solve};
+use lanecast_io::KnownRoot;
+use lanecast_numerics::roots::{
+    Answer, Interval, Polynomial, Proof, Solver, SolverError, Want, solve,
+};
 use serde::Serialize;
 use std::time::{Duration, Instant};
 

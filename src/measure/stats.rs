@@ -3,8 +3,8 @@
 //! Times are wall-clock seconds, memory is in bytes, counts are exact.
 
 use super::InstanceNames;
-use crate::shade::RayCounts;
-use crate::trace::TemporalCounts;
+use lanecast_engine::trace::TemporalCounts;
+use lanecast_picture::shade::RayCounts;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -167,7 +167,7 @@ fn high_water_mark(status: &str) -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::trace::CacheCounts;
+    use lanecast_engine::trace::CacheCounts;
 
     #[test]
     fn rates_follow_from_the_render_stage() {

@@ -16,11 +16,11 @@ mod widths;
 
 pub use widths::Differences;
 
-use crate::measure::adversarial::Aimed;
-use crate::reference::{Crossing, Grid, Hit, Ray, Reference, Shadow, camera_ray, shadow};
-use crate::render::Progress;
-use crate::scene::Camera;
-use crate::trace::{Outcome, RayKind, TracedRay};
+use crate::adversarial::Aimed;
+use lanecast_engine::trace::{Outcome, RayKind, TracedRay};
+use lanecast_model::scene::Camera;
+use lanecast_picture::render::Progress;
+use lanecast_reference::{Crossing, Grid, Hit, Ray, Reference, Shadow, camera_ray, shadow};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;

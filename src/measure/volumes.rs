@@ -23,11 +23,11 @@ pub use body::Method;
 pub use extent::{Extent, extent};
 pub use placed::{NoVolume, Placed};
 
-use crate::math::Affine;
-use crate::render::{Progress, mix, unit};
-use crate::trace::TraceScratch;
 use body::Body;
 use glam::DVec3;
+use lanecast_engine::trace::TraceScratch;
+use lanecast_numerics::math::Affine;
+use lanecast_picture::render::{Progress, mix, unit};
 use moments::{Symmetric, mapped, outer, plus};
 use serde::Serialize;
 use std::collections::BTreeMap;

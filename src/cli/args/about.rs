@@ -1,6 +1,6 @@
 //! Options of the commands that tell of the program itself.
 
-use crate::cli::output::Sink;
+use crate::output::Sink;
 use clap::Args;
 use clap_complete::Shell;
 use std::path::PathBuf;

@@ -1,7 +1,7 @@
 //! Options of `batch`.
 
 use super::common::ProgressArgs;
-use crate::cli::batch::{Ranges, Shard};
+use crate::batch::{Ranges, Shard};
 use clap::{Args, value_parser};
 use std::path::{Path, PathBuf};
 

@@ -7,10 +7,10 @@ use super::values::{
     parse_accels, parse_bench_builds, parse_cachings, parse_generated, parse_growth, parse_kinds,
     parse_orders, parse_page, parse_peers,
 };
-use crate::cli::error::CliError;
-use crate::measure::generate::Generated;
-use crate::render::RenderConfig;
+use crate::error::CliError;
 use clap::{Args, value_parser};
+use lanecast_measure::generate::Generated;
+use lanecast_picture::render::RenderConfig;
 use std::path::PathBuf;
 
 #[derive(Args)]

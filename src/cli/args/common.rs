@@ -7,16 +7,16 @@ use super::values::{
     parse_kd_stop, parse_lane_counts, parse_precision, parse_size, parse_solver,
 };
 use super::view::ViewArgs;
-use crate::accel::{BuildQuality, KdClip, KdQuality, KdStop};
-use crate::cli::error::CliError;
-use crate::cli::output::Sink;
-use crate::cli::progress::Style;
-use crate::io::{Animated, LoadOptions};
-use crate::plan::{Accel, Choices, LaneCount, Precision};
-use crate::render::{Grid, RenderConfig};
-use crate::roots::Solver;
-use crate::scene::Timeline;
+use crate::error::CliError;
+use crate::output::Sink;
+use crate::progress::Style;
 use clap::{Args, value_parser};
+use lanecast_engine::accel::{BuildQuality, KdClip, KdQuality, KdStop};
+use lanecast_io::{Animated, LoadOptions};
+use lanecast_model::plan::{Accel, Choices, LaneCount, Precision};
+use lanecast_model::scene::Timeline;
+use lanecast_numerics::roots::Solver;
+use lanecast_picture::render::{Grid, RenderConfig};
 use std::path::PathBuf;
 
 /// Options of the commands that build one structure.

@@ -1,7 +1,7 @@
 //! Options of `lanecast compare`.
 
 use super::values::parse_page;
-use crate::cli::output::Sink;
+use crate::output::Sink;
 use clap::{Args, value_parser};
 use std::path::PathBuf;
 

@@ -2,9 +2,9 @@
 
 use super::CliError;
 use super::values::{parse_bits, parse_dither, parse_exposure, parse_tone};
-use crate::io::{Bits, Development, Tone};
-use crate::render::{Backdrop, Integrator, RenderConfig};
 use clap::Args;
+use lanecast_io::{Bits, Development, Tone};
+use lanecast_picture::render::{Backdrop, Integrator, RenderConfig};
 use std::path::Path;
 
 /// Options of PNG and JPEG files; OpenEXR and HDR files stay linear.

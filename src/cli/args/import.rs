@@ -1,12 +1,12 @@
 //! Options of reading scene files.
 
 use super::values::{one_of, parse_positive, parse_scad_curves};
-use crate::geom::HalfSpace;
-use crate::io::{Curves, FORMATS, Given, LoadOptions};
-use crate::scene::Hatch;
 use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use glam::DVec3;
+use lanecast_io::{Curves, FORMATS, Given, LoadOptions};
+use lanecast_model::geom::HalfSpace;
+use lanecast_model::scene::Hatch;
 use std::path::PathBuf;
 
 /// What messages call a scene that comes from standard input; a file of this name is `./<stdin>`.

@@ -192,7 +192,7 @@ fn heading(option: &str) -> Option<&'static str> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::command;
+    use crate::command;
 
     #[test]
     fn every_option_below_a_heading_exists() {

@@ -1,14 +1,16 @@
 //! Options of how light is found: integrator, samples, pixel filter.
 
 use super::values::one_of;
-use crate::cli::error::CliError;
-use crate::cli::looks::beyond_direct;
-use crate::cli::output::complain;
-use crate::light::filter::Kind as FilterKind;
-use crate::light::sampler::Kind as SamplerKind;
-use crate::render::{Adaptive, Cost, Grid, IndirectCaching, Inspection, Integrator, RenderConfig};
-use crate::scene::{Camera, Tables};
+use crate::error::CliError;
+use crate::looks::beyond_direct;
+use crate::output::complain;
 use clap::{Args, value_parser};
+use lanecast_light::filter::Kind as FilterKind;
+use lanecast_light::sampler::Kind as SamplerKind;
+use lanecast_model::scene::{Camera, Tables};
+use lanecast_picture::render::{
+    Adaptive, Cost, Grid, IndirectCaching, Inspection, Integrator, RenderConfig,
+};
 use std::ops::Range;
 
 /// The most samples of a pixel.

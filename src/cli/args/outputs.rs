@@ -2,10 +2,10 @@
 
 use super::tile::TileChoice;
 use super::values::one_of;
-use crate::cli::error::CliError;
-use crate::io::AovSet;
-use crate::render::{Integrator, RenderConfig};
+use crate::error::CliError;
 use clap::{Args, value_parser};
+use lanecast_io::AovSet;
+use lanecast_picture::render::{Integrator, RenderConfig};
 
 #[derive(Args)]
 pub struct OutputArgs {

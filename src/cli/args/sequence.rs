@@ -1,9 +1,9 @@
 //! Options of sequences of pictures.
 
 use super::shutter::{ShutterArgs, ShutterChoice};
-use crate::io::Animated;
-use crate::scene::{Pace, Timeline};
 use clap::Args;
+use lanecast_io::Animated;
+use lanecast_model::scene::{Pace, Timeline};
 
 #[derive(Args)]
 pub struct SequenceArgs {

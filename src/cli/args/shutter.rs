@@ -1,10 +1,10 @@
 //! Options of when light is taken.
 
-use crate::cli::error::CliError;
-use crate::cli::output::complain;
-use crate::render::{Exposure, Grid, Integrator};
-use crate::scene::{Scene, Shutter, ShutterShape};
+use crate::error::CliError;
+use crate::output::complain;
 use clap::{Args, value_parser};
+use lanecast_model::scene::{Scene, Shutter, ShutterShape};
+use lanecast_picture::render::{Exposure, Grid, Integrator};
 
 #[derive(Args, Clone)]
 pub struct ShutterArgs {

@@ -5,9 +5,9 @@ use super::import::{ImportArgs, scene_path};
 use super::shutter::ShutterArgs;
 use super::values::{Size, parse_page, parse_size};
 use super::view::ViewArgs;
-use crate::cli::output::Sink;
-use crate::measure::tradeoff::Bound;
+use crate::output::Sink;
 use clap::{Args, value_parser};
+use lanecast_measure::tradeoff::Bound;
 use std::path::PathBuf;
 
 #[derive(Args)]

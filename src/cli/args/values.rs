@@ -1,15 +1,15 @@
 //! Parsers and domains of the arguments' values.
 
-use crate::accel::{BuildQuality, KdClip, KdStop};
-use crate::io::{Bits, Curves, Tone};
-use crate::measure::extremes::{SWEEPS, Sweep};
-use crate::measure::generate::Generated;
-use crate::measure::ray_kinds::{Kind, Order};
-use crate::plan::{Accel, LaneCount, Precision};
-use crate::render::{Backdrop, Grid};
-use crate::roots::{Interval, Solver};
-use crate::trace::{Caching, Reuse};
 use glam::DVec3;
+use lanecast_engine::accel::{BuildQuality, KdClip, KdStop};
+use lanecast_engine::trace::{Caching, Reuse};
+use lanecast_io::{Bits, Curves, Tone};
+use lanecast_measure::extremes::{SWEEPS, Sweep};
+use lanecast_measure::generate::Generated;
+use lanecast_measure::ray_kinds::{Kind, Order};
+use lanecast_model::plan::{Accel, LaneCount, Precision};
+use lanecast_numerics::roots::{Interval, Solver};
+use lanecast_picture::render::{Backdrop, Grid};
 use std::ops::Bound;
 use std::path::PathBuf;
 

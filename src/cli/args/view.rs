@@ -2,9 +2,9 @@
 
 use super::values::parse_size;
 use super::values::{parse_offset, parse_positive};
-use crate::scene::{Calibration, Camera, Outlook, Projection, StandardView};
 use clap::Args;
 use glam::DVec3;
+use lanecast_model::scene::{Calibration, Camera, Outlook, Projection, StandardView};
 
 #[derive(Args, Clone, Default)]
 pub struct ViewArgs {

@@ -2,9 +2,9 @@
 //! one that ends it again is known for certain, and takes nothing with it.
 
 use super::records::Failure;
-use crate::cli::args::BatchArgs;
-use crate::cli::error::CliError;
-use crate::render::Progress;
+use crate::args::BatchArgs;
+use crate::error::CliError;
+use lanecast_picture::render::Progress;
 use std::process::{Command, ExitStatus, Stdio};
 use std::time::Duration;
 

@@ -2,8 +2,8 @@
 
 use super::job::{CameraChoice, Job, Orbit, nearest};
 use super::options::arguments;
-use crate::scene::StandardView;
 use clap::Command;
+use lanecast_model::scene::StandardView;
 use std::path::Path;
 
 /// A row of an axis: its name, and what it adds to the arguments.

@@ -1,8 +1,8 @@
 //! How tasks end without a picture.
 
 use super::records::Failure;
-use crate::cli::error::CliError;
-use crate::io::SaveError;
+use crate::error::CliError;
+use lanecast_io::SaveError;
 use std::any::Any;
 
 /// The exit code of Rust's programs that panic.

@@ -2,8 +2,8 @@
 
 use super::dataset::{CameraFile, DatasetSettings, Random};
 pub use super::many::Many;
-use crate::cli::args::TileGrid;
-use crate::cli::error::CliError;
+use crate::args::TileGrid;
+use crate::error::CliError;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error, MapAccess, Visitor};
@@ -272,7 +272,7 @@ mod tests {
 
     #[test]
     fn the_schema_file_is_that_of_the_program() {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/batch.schema.json");
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/batch.schema.json");
         let schema = serde_json::to_string_pretty(&schemars::schema_for!(Job)).unwrap() + "\n";
         if std::env::var_os("LANECAST_BLESS").is_some() {
             std::fs::write(&path, &schema).unwrap();

@@ -6,11 +6,11 @@
 use super::key::{Hashes, settings_of_picture};
 use super::records::{Known, Output, Record, Standing, Status, Writer, outputs_of};
 use super::tasks::{Task, Tasks};
-use crate::cli::error::CliError;
-use crate::cli::render::{check_alpha, files};
-use crate::cli::{interrupt, tile};
-use crate::io::{Outputs, sweep};
-use crate::render::Progress;
+use crate::error::CliError;
+use crate::render::{check_alpha, files};
+use crate::{interrupt, tile};
+use lanecast_io::{Outputs, sweep};
+use lanecast_picture::render::Progress;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 

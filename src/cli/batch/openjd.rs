@@ -7,8 +7,8 @@
 use super::job::Job;
 use super::key::relative;
 use super::tasks::Tasks;
-use crate::cli::error::CliError;
-use crate::cli::output::{Results, Sink, check_destinations, complain, print, printable_line};
+use crate::error::CliError;
+use crate::output::{Results, Sink, check_destinations, complain, print, printable_line};
 use std::path::{Component, Path, PathBuf, absolute};
 
 /// The most tasks of a chunk that AWS Deadline Cloud takes.

@@ -2,7 +2,7 @@
 //! there are, and what they take.
 
 use super::job::nearest;
-use crate::cli::args::RenderArgs;
+use crate::args::RenderArgs;
 use clap::{ArgAction, Command, FromArgMatches};
 use serde_json::{Map, Value};
 use std::ffi::OsString;

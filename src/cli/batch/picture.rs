@@ -5,20 +5,22 @@
 //! trees. No bit shows it (docs/ARCHITECTURE.md, Trees).
 
 use super::dataset::{self, Sample};
-use crate::accel::{Structure, World};
-use crate::cli::args::RenderArgs;
-use crate::cli::args::Told;
-use crate::cli::denoise::{self, Denoiser};
-use crate::cli::error::CliError;
-use crate::cli::metadata;
-use crate::cli::pipeline::{Prepared, complete, named, of_camera, structure, warn_of_losses};
-use crate::cli::render::{check_alpha, exposed, files as picture_files};
-use crate::cli::scene::{pick_camera, viewed};
-use crate::cli::{ground, interrupt, memory, motion, shutter, tile};
-use crate::io::{LoadError, Outputs};
-use crate::measure::{Stats, Watch};
-use crate::render::{Backdrop, Progress, RenderConfig, View, render_blurred, window_key};
-use crate::scene::{Instances, Scene, Tables};
+use crate::args::RenderArgs;
+use crate::args::Told;
+use crate::denoise::{self, Denoiser};
+use crate::error::CliError;
+use crate::metadata;
+use crate::pipeline::{Prepared, complete, named, of_camera, structure, warn_of_losses};
+use crate::render::{check_alpha, exposed, files as picture_files};
+use crate::scene::{pick_camera, viewed};
+use crate::{ground, interrupt, memory, motion, shutter, tile};
+use lanecast_engine::accel::{Structure, World};
+use lanecast_io::{LoadError, Outputs};
+use lanecast_measure::{Stats, Watch};
+use lanecast_model::scene::{Instances, Scene, Tables};
+use lanecast_picture::render::{
+    Backdrop, Progress, RenderConfig, View, render_blurred, window_key,
+};
 use rayon::ThreadPool;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -227,7 +229,7 @@ pub fn rendered(
         Ok(
             match shutter::slices(&view, row, &config, slices, named(path))? {
                 Some(slices) => render_blurred(&view, &slices, &config, progress, &|_| ())?,
-                None => crate::render::render(&view, &config, false, progress)?,
+                None => lanecast_picture::render::render(&view, &config, false, progress)?,
             },
         )
     };

@@ -5,10 +5,10 @@
 //! write the same picture.
 
 use super::key::{Hashes, Input, file_hash, key};
-use crate::cli::error::CliError;
-use crate::cli::output::complain;
-use crate::cli::pipeline::isa;
-use crate::io::SaveError;
+use crate::error::CliError;
+use crate::output::complain;
+use crate::pipeline::isa;
+use lanecast_io::SaveError;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fs::{self, File, OpenOptions};

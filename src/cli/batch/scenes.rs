@@ -1,7 +1,7 @@
 //! The scenes of a job: paths, globs and lists of them, in a fixed order.
 
 use super::ranges::MOST_NUMBERS;
-use crate::cli::error::CliError;
+use crate::error::CliError;
 use std::collections::HashSet;
 use std::path::{Component, Path, PathBuf};
 

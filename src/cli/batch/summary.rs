@@ -5,9 +5,9 @@ use super::join;
 use super::key::{Hashes, settings};
 use super::records::{Known, Record, Standing};
 use super::tasks::Tasks;
-use crate::cli::error::CliError;
-use crate::cli::output::Results;
-use crate::io::SaveError;
+use crate::error::CliError;
+use crate::output::Results;
+use lanecast_io::SaveError;
 use std::path::Path;
 
 /// The most ranges of numbers that a message lists.

@@ -4,9 +4,9 @@
 //! centre; otherwise they are the scene's own numbers. Shapes other than meshes are
 //! left out and counted.
 
-use crate::io::TriangleSet;
-use crate::scene::{Instances, Scene, Shape};
 use glam::DVec3;
+use lanecast_io::TriangleSet;
+use lanecast_model::scene::{Instances, Scene, Shape};
 
 /// Limit of exported triangles: 3 GB, and no tree here holds more.
 const MAX_TRIANGLES: u64 = 1 << 27;

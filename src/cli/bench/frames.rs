@@ -1,20 +1,20 @@
 //! `lanecast bench SCENE --frames N`: gains from the frame before.
 
 use super::check_config;
-use crate::accel::{Structure, World};
-use crate::cli::args::{BenchArgs, RENDER_SIZE};
-use crate::cli::error::CliError;
-use crate::cli::interrupt;
-use crate::cli::output::{Results, check_destinations};
-use crate::cli::pipeline::prepare;
-use crate::cli::progress::Drawing;
-use crate::io::LoadError;
-use crate::measure::clock::Clock;
-use crate::measure::frames::{FrameReport, Question, measure};
-use crate::measure::ray_kinds::Kind;
-use crate::measure::rays::{Source, direction_of, light_of, ray_sets};
-use crate::measure::{Stats, Watch};
-use crate::plan::{Choices, Precision, plan};
+use crate::args::{BenchArgs, RENDER_SIZE};
+use crate::error::CliError;
+use crate::interrupt;
+use crate::output::{Results, check_destinations};
+use crate::pipeline::prepare;
+use crate::progress::Drawing;
+use lanecast_engine::accel::{Structure, World};
+use lanecast_io::LoadError;
+use lanecast_measure::clock::Clock;
+use lanecast_measure::frames::{FrameReport, Question, measure};
+use lanecast_measure::ray_kinds::Kind;
+use lanecast_measure::rays::{Source, direction_of, light_of, ray_sets};
+use lanecast_measure::{Stats, Watch};
+use lanecast_model::plan::{Choices, Precision, plan};
 use std::path::Path;
 
 pub fn run(args: &BenchArgs, frames: u32) -> Result<(), CliError> {

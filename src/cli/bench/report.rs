@@ -1,8 +1,8 @@
 //! Reports of `bench`: JSON, and tables for readers.
 
-use crate::measure::bench::{Comparison, Row};
-use crate::measure::growth::Growth;
-use crate::measure::index_stats::StructureRow;
+use lanecast_measure::bench::{Comparison, Row};
+use lanecast_measure::growth::Growth;
+use lanecast_measure::index_stats::StructureRow;
 use serde::Serialize;
 
 /// The value that `--json` writes.

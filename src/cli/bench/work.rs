@@ -1,24 +1,24 @@
 //! The measurement of one scene: structures, modes, ray sets and a baseline.
 
 use super::export;
-use crate::accel::{Accelerator, BuildQuality, World};
-use crate::cli::args::BenchArgs;
-use crate::cli::error::CliError;
-use crate::cli::interrupt;
-use crate::cli::pipeline::{Prepared, isa, structure};
-use crate::cli::progress::{Drawing, Style};
-use crate::measure::Stats;
-use crate::measure::baseline::{BaselineTests, Embree};
-use crate::measure::bench::{self, Baseline, BenchError, Contender, Row, Setting, Tracer};
-use crate::measure::clock::Clock;
-use crate::measure::index_stats::StructureRow;
-use crate::measure::queries::Job;
-use crate::measure::ray_kinds::{Kind, Order};
-use crate::measure::rays::{Source, direction_of, light_of, ray_sets};
-use crate::plan::{Accel, Choices, Kernels, LaneCount, Plan, PlanError, Precision, plan};
-use crate::render::{Progress, RenderConfig};
-use crate::scene::Shape;
-use crate::trace::{Caching, HitId};
+use crate::args::BenchArgs;
+use crate::error::CliError;
+use crate::interrupt;
+use crate::pipeline::{Prepared, isa, structure};
+use crate::progress::{Drawing, Style};
+use lanecast_engine::accel::{Accelerator, BuildQuality, World};
+use lanecast_engine::trace::{Caching, HitId};
+use lanecast_measure::Stats;
+use lanecast_measure::baseline::{BaselineTests, Embree};
+use lanecast_measure::bench::{self, Baseline, BenchError, Contender, Row, Setting, Tracer};
+use lanecast_measure::clock::Clock;
+use lanecast_measure::index_stats::StructureRow;
+use lanecast_measure::queries::Job;
+use lanecast_measure::ray_kinds::{Kind, Order};
+use lanecast_measure::rays::{Source, direction_of, light_of, ray_sets};
+use lanecast_model::plan::{Accel, Choices, Kernels, LaneCount, Plan, PlanError, Precision, plan};
+use lanecast_model::scene::Shape;
+use lanecast_picture::render::{Progress, RenderConfig};
 use std::sync::Arc;
 
 /// Maximum number of ray-primitive tests that a linear scan may make in total.

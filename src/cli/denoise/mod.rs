@@ -16,10 +16,10 @@ use without as oidn;
 
 use super::error::CliError;
 use super::output::with_name_end;
-use crate::io::{AovSet, Attribute, Picture};
-use crate::measure::Denoised;
-use crate::render::{Integrator, RenderConfig};
-use crate::scene::Rgb;
+use lanecast_io::{AovSet, Attribute, Picture};
+use lanecast_measure::Denoised;
+use lanecast_model::scene::Rgb;
+use lanecast_picture::render::{Integrator, RenderConfig};
 use std::path::{Path, PathBuf};
 
 /// What filtering needs of a picture.
@@ -159,7 +159,7 @@ pub fn beside(path: &Path) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::Layer;
+    use lanecast_io::Layer;
 
     #[test]
     fn denoised_pictures_lie_beside() {

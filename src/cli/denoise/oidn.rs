@@ -4,7 +4,7 @@
 //! Names and numbers are those of the library's C interface, `oidn.h` of version 2.
 
 use super::Images;
-use crate::scene::Rgb;
+use lanecast_model::scene::Rgb;
 use libloading::Symbol;
 use std::ffi::{CStr, c_char, c_int, c_void};
 use std::path::{Path, PathBuf};

@@ -1,7 +1,7 @@
 //! What stands for the denoiser in programs that are built without it.
 
 use super::Images;
-use crate::scene::Rgb;
+use lanecast_model::scene::Rgb;
 
 /// There is none.
 pub enum Library {}

@@ -1,11 +1,11 @@
 //! What `plan` tells of light: how it is found, what shines, and what is left out.
 
-use crate::cli::args::needed_integrator;
-use crate::cli::looks::{is_medium, layers_of};
-use crate::render::{Grid, Integrator};
-use crate::scene::{Camera, Environment, Instances, Scene, studio};
-use crate::shade::path::{Luminaires, Materials, MediaField};
+use crate::args::needed_integrator;
+use crate::looks::{is_medium, layers_of};
 use glam::DVec3;
+use lanecast_model::scene::{Camera, Environment, Instances, Scene, studio};
+use lanecast_picture::render::{Grid, Integrator};
+use lanecast_picture::shade::path::{Luminaires, Materials, MediaField};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write;

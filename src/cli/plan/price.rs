@@ -4,20 +4,20 @@
 //! chance, in a corner of the scene's box, and the picture is rendered with it and without it, in
 //! turns. What it takes more is what the scene does not pay.
 
-use crate::accel::World;
-use crate::cli::error::CliError;
-use crate::cli::pipeline::{Prepared, complete};
-use crate::geom::{Sphere, implicit::torus};
-use crate::io::LoadError;
-use crate::math::Affine;
-use crate::measure::tradeoff::median;
-use crate::measure::{Stats, Watch};
-use crate::render::{Integrator, Progress, RenderConfig, View, render};
-use crate::scene::{
+use crate::error::CliError;
+use crate::pipeline::{Prepared, complete};
+use glam::DVec3;
+use lanecast_engine::accel::World;
+use lanecast_io::LoadError;
+use lanecast_measure::tradeoff::median;
+use lanecast_measure::{Stats, Watch};
+use lanecast_model::geom::{Sphere, implicit::torus};
+use lanecast_model::scene::{
     Edge, Instances, Material, MeshData, Operand, Operator, Pattern, Scene, SceneBuilder, Shape,
     ShapeId, Tables, Texturing, framed_bounds,
 };
-use glam::DVec3;
+use lanecast_numerics::math::Affine;
+use lanecast_picture::render::{Integrator, Progress, RenderConfig, View, render};
 use serde::Serialize;
 use std::path::Path;
 use std::time::Instant;

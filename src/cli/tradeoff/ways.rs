@@ -1,11 +1,11 @@
 //! The ways to render a scene that `tradeoff` compares: what the scene has, and no more.
 
-use crate::light::filter::Kind as FilterKind;
-use crate::light::sampler::Kind as SamplerKind;
-use crate::plan::{Accel, LaneCount, Precision, native_width};
-use crate::render::{Adaptive, Exposure, IndirectCaching, Integrator, RenderConfig};
-use crate::roots::Solver;
-use crate::scene::{Instances, Scene, Shape};
+use lanecast_light::filter::Kind as FilterKind;
+use lanecast_light::sampler::Kind as SamplerKind;
+use lanecast_model::plan::{Accel, LaneCount, Precision, native_width};
+use lanecast_model::scene::{Instances, Scene, Shape};
+use lanecast_numerics::roots::Solver;
+use lanecast_picture::render::{Adaptive, Exposure, IndirectCaching, Integrator, RenderConfig};
 
 /// The most primitives that a picture is rendered of without a tree: a second or so at the size of the
 /// measurement.

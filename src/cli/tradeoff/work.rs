@@ -1,25 +1,25 @@
 //! The measurement of one scene from one view: all its ways in turns, beside a converged picture.
 
 use super::ways::{Way, ways};
-use crate::accel::World;
-use crate::cli::denoise::Denoiser;
-use crate::cli::error::CliError;
-use crate::cli::output::{complain, printable_line};
-use crate::cli::pipeline::{Prepared, complete, structure};
-use crate::cli::progress::{Drawing, Style};
-use crate::cli::{interrupt, shutter};
-use crate::io::{Channel, ChannelPicture, Encoding, LoadError};
-use crate::measure::compare::{comparable, compare};
-use crate::measure::tradeoff::{Point, mark_front, median};
-use crate::measure::verify::{Counts, VerifyOptions, replay};
-use crate::measure::{Stats, Watch};
-use crate::plan::{Plan, plan};
-use crate::reference::Reference;
-use crate::render::{
+use crate::denoise::Denoiser;
+use crate::error::CliError;
+use crate::output::{complain, printable_line};
+use crate::pipeline::{Prepared, complete, structure};
+use crate::progress::{Drawing, Style};
+use crate::{interrupt, shutter};
+use lanecast_engine::accel::World;
+use lanecast_engine::trace::RayKind;
+use lanecast_io::{Channel, ChannelPicture, Encoding, LoadError};
+use lanecast_measure::compare::{comparable, compare};
+use lanecast_measure::tradeoff::{Point, mark_front, median};
+use lanecast_measure::verify::{Counts, VerifyOptions, replay};
+use lanecast_measure::{Stats, Watch};
+use lanecast_model::plan::{Plan, plan};
+use lanecast_model::scene::Scene;
+use lanecast_picture::render::{
     Integrator, Picture, Progress, RenderConfig, Rendered, View, render, render_blurred,
 };
-use crate::scene::Scene;
-use crate::trace::RayKind;
+use lanecast_reference::Reference;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;

@@ -7,11 +7,11 @@ use super::super::interrupt;
 use super::super::output::{Results, check_destinations};
 use super::super::progress::Drawing;
 use super::LISTED;
-use crate::io::LoadError;
-use crate::measure::light::{LightComparison, LightError, verify_light};
-use crate::measure::{Stats, Watch};
-use crate::reference::Reference;
-use crate::render::{Grid, Integrator, RenderConfig, View};
+use lanecast_io::LoadError;
+use lanecast_measure::light::{LightComparison, LightError, verify_light};
+use lanecast_measure::{Stats, Watch};
+use lanecast_picture::render::{Grid, Integrator, RenderConfig, View};
+use lanecast_reference::Reference;
 use std::fmt::Write;
 
 /// Samples per pixel unless `--spp` says otherwise.

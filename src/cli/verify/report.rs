@@ -1,9 +1,9 @@
 //! Results of `verify`: JSON, a table for readers, and the exit code.
 
-use crate::cli::error::CliError;
-use crate::measure::PlanSummary;
-use crate::measure::verify::{Comparison, Counts, Differences, UlpErrors};
-use crate::plan::Precision;
+use crate::error::CliError;
+use lanecast_measure::PlanSummary;
+use lanecast_measure::verify::{Comparison, Counts, Differences, UlpErrors};
+use lanecast_model::plan::Precision;
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 use std::collections::BTreeMap;

@@ -3,10 +3,10 @@
 //! surface approximately.
 
 use super::{Random, Target};
-use crate::geom::tape::Arithmetic;
-use crate::geom::{Clip, Implicit, Tape};
-use crate::math::Aabb;
 use glam::{DMat3, DVec3};
+use lanecast_model::geom::tape::Arithmetic;
+use lanecast_model::geom::{Clip, Implicit, Tape};
+use lanecast_numerics::math::Aabb;
 
 /// Number of parts of a path between which signs are compared, and of bisection steps.
 const PARTS: usize = 16;
@@ -184,8 +184,8 @@ impl Arithmetic for At {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geom::tape::Builder;
-    use crate::geom::{Cuboid, Sphere};
+    use lanecast_model::geom::tape::Builder;
+    use lanecast_model::geom::{Cuboid, Sphere};
 
     /// x² + y² − z².
     fn cone() -> Tape {

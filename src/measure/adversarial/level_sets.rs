@@ -2,10 +2,10 @@
 //! graze it. Computed in f64, so they lie on the surface approximately.
 
 use super::{Random, Target};
-use crate::geom::LevelSet;
-use crate::geom::exact::Line;
-use crate::geom::formula::{SearchScratch, value_and_gradient};
 use glam::DVec3;
+use lanecast_model::geom::LevelSet;
+use lanecast_model::geom::exact::Line;
+use lanecast_model::geom::formula::{SearchScratch, value_and_gradient};
 use std::ops::ControlFlow;
 
 /// Number of random chords.

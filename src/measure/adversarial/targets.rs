@@ -3,10 +3,10 @@
 use super::implicits::in_implicit;
 use super::level_sets::in_level_set;
 use super::{Random, Target};
-use crate::geom::{Cone, Quadric};
-use crate::math::Affine;
-use crate::scene::{Scene, Shape};
 use glam::{DMat3, DVec3};
+use lanecast_model::geom::{Cone, Quadric};
+use lanecast_model::scene::{Scene, Shape};
+use lanecast_numerics::math::Affine;
 
 /// Returns a random target on the shape, in object space.
 pub(super) fn in_object(scene: &Scene, shape: Shape, random: &mut Random) -> Target {

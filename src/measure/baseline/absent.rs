@@ -2,11 +2,11 @@
 //! values.
 
 use super::{BaselineError, BaselineTests};
-use crate::io::{RaySet, TriangleSet};
-use crate::measure::clock::Clock;
-use crate::measure::index_stats::StructureRow;
-use crate::measure::queries::{Answers, Ask};
-use crate::render::Progress;
+use crate::clock::Clock;
+use crate::index_stats::StructureRow;
+use crate::queries::{Answers, Ask};
+use lanecast_io::{RaySet, TriangleSet};
+use lanecast_picture::render::Progress;
 
 pub enum Embree {}
 

@@ -13,7 +13,7 @@ mod embree;
 
 pub use embree::{Embree, Way};
 
-use crate::plan::Precision;
+use lanecast_model::plan::Precision;
 use thiserror::Error;
 
 /// A baseline's ray-triangle tests: the default ones, or the watertight ones.

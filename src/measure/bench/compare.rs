@@ -1,9 +1,9 @@
 //! Compares answers with those of exact tracing in one f64 lane.
 
 use super::{BenchError, Contender};
-use crate::measure::queries::{Answers, Ask, Job};
-use crate::render::Progress;
-use crate::trace::HitId;
+use crate::queries::{Answers, Ask, Job};
+use lanecast_engine::trace::HitId;
+use lanecast_picture::render::Progress;
 use rayon::ThreadPool;
 use serde::Serialize;
 

@@ -1,12 +1,12 @@
 //! One way of tracing: one of our kernels, or a baseline's function.
 
 use super::BenchError;
-use crate::accel::{Counts, World};
-use crate::measure::baseline::{Embree, Way};
-use crate::measure::queries::{Answers, Job, count, trace};
-use crate::plan::Kernels;
-use crate::render::Progress;
-use crate::trace::{CacheCounts, Caching, counts};
+use crate::baseline::{Embree, Way};
+use crate::queries::{Answers, Job, count, trace};
+use lanecast_engine::accel::{Counts, World};
+use lanecast_engine::trace::{CacheCounts, Caching, counts};
+use lanecast_model::plan::Kernels;
+use lanecast_picture::render::Progress;
 
 /// A tracer, and how a result row describes it.
 #[derive(Clone)]

@@ -1,11 +1,11 @@
 //! The figures of a run, with the field names of `bench --json`.
 
 use super::{Contender, Differences, Tracer};
-use crate::accel::Counts;
-use crate::measure::clock::best_and_median;
-use crate::measure::queries::{Ask, Job};
-use crate::measure::ray_kinds::Kind;
-use crate::trace::CacheCounts;
+use crate::clock::best_and_median;
+use crate::queries::{Ask, Job};
+use crate::ray_kinds::Kind;
+use lanecast_engine::accel::Counts;
+use lanecast_engine::trace::CacheCounts;
 use serde::Serialize;
 
 /// The figures of one job with one contender.

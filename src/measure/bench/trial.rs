@@ -1,11 +1,11 @@
 //! Selects the baseline's settings that deserve a full measurement for a ray set.
 
 use super::{BenchError, Contender, Tracer};
-use crate::io::RaySet;
-use crate::measure::baseline::{BaselineTests, Embree, Way};
-use crate::measure::clock::Clock;
-use crate::measure::queries::{Answers, Job};
-use crate::render::Progress;
+use crate::baseline::{BaselineTests, Embree, Way};
+use crate::clock::Clock;
+use crate::queries::{Answers, Job};
+use lanecast_io::RaySet;
+use lanecast_picture::render::Progress;
 use rayon::ThreadPool;
 
 /// Number of settings measured at full length.

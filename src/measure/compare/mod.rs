@@ -12,7 +12,7 @@ mod tests;
 pub use flip::flip;
 pub use page::page;
 
-use crate::io::{Channel, ChannelPicture, Encoding, linear_from_srgb};
+use lanecast_io::{Channel, ChannelPicture, Encoding, linear_from_srgb};
 use serde::Serialize;
 use std::collections::BTreeSet;
 

@@ -2,8 +2,8 @@
 //! other.
 
 use super::{Comparison, shown};
-use crate::io::{ChannelPicture, Picture, SaveError};
-use crate::measure::plot::{Heading, Section, data, page_with};
+use crate::plot::{Heading, Section, data, page_with};
+use lanecast_io::{ChannelPicture, Picture, SaveError};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -30,7 +30,7 @@ pub fn page(
     let mut sections = Vec::new();
     if comparison.flip.is_some() {
         let [left, right] = [embedded(a, path)?, embedded(b, path)?];
-        let [one, other] = names.map(crate::measure::plot::escaped);
+        let [one, other] = names.map(crate::plot::escaped);
         sections.push(Section {
             heading: "Both".into(),
             note: "The first picture is left of the border, the second right of it.".into(),
@@ -95,7 +95,7 @@ fn table(comparison: &Comparison) -> String {
          <th>relMSE</tr>\n",
     );
     for row in &comparison.channels {
-        let name = crate::measure::plot::escaped(&row.name);
+        let name = crate::plot::escaped(&row.name);
         let _ = write!(
             table,
             "<tr><td>{name}<td>{}<td>{}",

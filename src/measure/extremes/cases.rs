@@ -3,10 +3,10 @@
 use super::objects::{Stand, mesh_of, place, rotation, shapes};
 use super::rays::{Random, SweepRay, at_targets, through};
 use super::{Case, Subject};
-use crate::geom::Sphere;
-use crate::measure::generate::displaced_sphere;
-use crate::scene::{Edge, SceneBuilder};
+use crate::generate::displaced_sphere;
 use glam::{DAffine3, DMat3, DVec3};
+use lanecast_model::geom::Sphere;
+use lanecast_model::scene::{Edge, SceneBuilder};
 
 /// Unit direction, not along an axis, in which distant objects are placed.
 pub const AWAY: DVec3 = DVec3::new(0.48, -0.6, 0.64);
@@ -166,7 +166,7 @@ pub fn along_planes(sine: f64, rays: usize, random: &mut Random) -> Case {
     }
     let one = |i: usize| {
         // Tiles of one direction.
-        let (map, dir) = planes[i / crate::trace::BEAM % PLANES];
+        let (map, dir) = planes[i / lanecast_engine::trace::BEAM % PLANES];
         let [x, y] = [(); 2].map(|()| random.between(-half, half));
         let target = map.transform_point3(on_plane(x, y) / 4.0);
         let distance = random.between(2.0, 20.0);
@@ -285,7 +285,7 @@ pub fn small_spheres(radius: f64, rays: usize, random: &mut Random) -> Case {
     }
     let half = rays / 2;
     let one = |i: usize| {
-        let center = centers[i / crate::trace::BEAM % SPHERES];
+        let center = centers[i / lanecast_engine::trace::BEAM % SPHERES];
         let target = center + random.in_ball() * (1.2 * radius);
         if i >= half {
             let dir = random.direction().to_array();

@@ -2,10 +2,10 @@
 
 use super::rays::Random;
 use super::sweeps::Subject;
-use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Sphere};
-use crate::measure::generate::displaced_sphere;
-use crate::scene::{Edge, MeshData, SceneBuilder, ShapeId};
+use crate::generate::displaced_sphere;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
+use lanecast_model::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Sphere};
+use lanecast_model::scene::{Edge, MeshData, SceneBuilder, ShapeId};
 
 /// Position and size of an object, applied to its own coordinates: p ↦ middle + size·p.
 #[derive(Clone, Copy, Debug)]

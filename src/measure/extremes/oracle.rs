@@ -1,15 +1,15 @@
 //! The oracle: compares one precision's answers to a case's rays with the reference's.
 
 use super::rays::SweepRay;
-use crate::accel::World;
-use crate::measure::verify::Float;
-use crate::plan::{Kernels, Precision};
-use crate::reference::{Hit, Reference};
-use crate::shade::Surface;
-use crate::trace::{
+use crate::verify::Float;
+use lanecast_engine::accel::World;
+use lanecast_engine::trace::{
     Caching, Depths, HitId, HitIds, Hits, MAX_LANES, Rays, ShadowCache, TraceScratch, Vectors, any,
     closest,
 };
+use lanecast_model::plan::{Kernels, Precision};
+use lanecast_picture::shade::Surface;
+use lanecast_reference::{Hit, Reference};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::time::Instant;

@@ -1,9 +1,9 @@
 //! A seeded generator, and the rays of the sweeps.
 
-use crate::math::unit;
-use crate::render::mix;
-use crate::trace::BEAM;
 use glam::DVec3;
+use lanecast_engine::trace::BEAM;
+use lanecast_numerics::math::unit;
+use lanecast_picture::render::mix;
 
 /// A world ray as it is traced; hits count where 0 < t < t_max.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,8 +7,8 @@ use super::cases::{
 };
 use super::objects::{Stand, place, rotation, shapes};
 use super::rays::{Random, at_targets};
-use crate::scene::SceneBuilder;
 use glam::{DAffine3, DMat3, DVec3};
+use lanecast_model::scene::SceneBuilder;
 
 /// The objects of a sweep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! Pictures within a page.
 
-use crate::io::{Bits, Development, Picture, SaveError, png_bytes};
+use lanecast_io::{Bits, Development, Picture, SaveError, png_bytes};
 use std::path::Path;
 
 /// Returns a picture as an address that holds all of it (RFC 2397).

@@ -4,7 +4,7 @@
 use super::curves::{Chart, Line, Stroke, draw};
 use super::page::{self, Heading, Section};
 use super::svg::escaped;
-use crate::measure::extremes::{Figures, Report, Start, SweepReport, ULPS_ALLOWED, shown};
+use crate::extremes::{Figures, Report, Start, SweepReport, ULPS_ALLOWED, shown};
 use std::fmt::Write;
 
 /// Substitute for zero, which a logarithmic axis cannot show: this share of one answer

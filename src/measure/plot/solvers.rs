@@ -3,7 +3,7 @@
 
 use super::curves::{Chart, Line, Stroke, draw};
 use super::page::{self, Heading, Section};
-use crate::measure::solvers::{DegreeRow, Total};
+use crate::solvers::{DegreeRow, Total};
 
 /// Substitute for a share of zero, which a logarithmic axis cannot show.
 const NOTHING: f64 = 1e-3;

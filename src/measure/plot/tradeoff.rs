@@ -5,8 +5,8 @@ use super::curves::{Chart, Line, Stroke, draw};
 use super::embed::data;
 use super::page::{Heading, Section, page_with_curves};
 use super::svg::escaped;
-use crate::io::{Picture, SaveError};
-use crate::measure::tradeoff::{Point, shown};
+use crate::tradeoff::{Point, shown};
+use lanecast_io::{Picture, SaveError};
 use std::fmt::Write;
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 //! Formats a mismatch with all its numbers.
 
 use super::{Mismatch, Said};
-use crate::trace::Outcome;
+use lanecast_engine::trace::Outcome;
 use std::fmt;
 
 /// The answer of the mode under test; aimed rays have no normal.

@@ -1,7 +1,7 @@
 //! Comparison of the same rays traced at two lane counts.
 
 use super::show::Traced;
-use crate::trace::{Outcome, TracedRay};
+use lanecast_engine::trace::{Outcome, TracedRay};
 
 /// Rays that differ in any bit, or that only one of the two runs traced.
 #[derive(Clone, Debug, Default)]

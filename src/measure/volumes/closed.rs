@@ -13,11 +13,11 @@
 use super::body::{Body, Method, ROUNDINGS};
 use super::moments::{Symmetric, eigenvalues, outer, plus};
 use super::triangles;
-use crate::geom::implicit::torus;
-use crate::geom::{Cone, HalfSpace, PrismRow, Quadric};
-use crate::math::Affine;
-use crate::scene::{Scene, Shape, ShapeId, shape_bounds};
 use glam::{DVec2, DVec3};
+use lanecast_model::geom::implicit::torus;
+use lanecast_model::geom::{Cone, HalfSpace, PrismRow, Quadric};
+use lanecast_model::scene::{Scene, Shape, ShapeId, shape_bounds};
+use lanecast_numerics::math::Affine;
 use std::cell::Cell;
 use std::f64::consts::PI;
 

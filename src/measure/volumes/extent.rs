@@ -1,10 +1,10 @@
 //! Boxes around placed shapes, as tight as formulas make them.
 
-use crate::geom::Cone;
-use crate::geom::implicit::torus;
-use crate::math::{Aabb, Affine};
-use crate::scene::{Scene, Shape, ShapeId, shape_bounds};
 use glam::DVec3;
+use lanecast_model::geom::Cone;
+use lanecast_model::geom::implicit::torus;
+use lanecast_model::scene::{Scene, Shape, ShapeId, shape_bounds};
+use lanecast_numerics::math::{Aabb, Affine};
 
 /// A box around a solid.
 #[derive(Clone, Copy, Debug)]

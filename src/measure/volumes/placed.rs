@@ -1,13 +1,13 @@
 //! Solids placed in the world, and the spans of lines inside them.
 
-use crate::accel::{MeshCrossingTrees, PreparedCsg};
-use crate::geom::exact::{Line, Root, span};
-use crate::geom::primitive::Boundaries;
-use crate::math::bounds::{ErrorBounded, UNIT};
-use crate::math::{Aabb, Affine};
-use crate::scene::{MeshId, Scene, Shape, ShapeId, check_closed, shape_bounds};
-use crate::trace::{TURNED, TraceScratch, boundaries};
 use glam::DVec3;
+use lanecast_engine::accel::{MeshCrossingTrees, PreparedCsg};
+use lanecast_engine::trace::{TURNED, TraceScratch, boundaries};
+use lanecast_model::geom::exact::{Line, Root, span};
+use lanecast_model::geom::primitive::Boundaries;
+use lanecast_model::scene::{MeshId, Scene, Shape, ShapeId, check_closed, shape_bounds};
+use lanecast_numerics::math::bounds::{ErrorBounded, UNIT};
+use lanecast_numerics::math::{Aabb, Affine};
 use std::ops::ControlFlow;
 
 /// A solid, placed in the world.

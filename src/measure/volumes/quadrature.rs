@@ -17,10 +17,10 @@ use super::kronrod::{FIGURES, Figures, Sample, Tolerance, integrate};
 use super::moments::{PAIRS, outer, plus};
 use super::placed::End;
 use super::{Goal, Placed};
-use crate::math::unit;
-use crate::render::Progress;
-use crate::trace::{ScratchPool, TraceScratch};
 use glam::DVec3;
+use lanecast_engine::trace::{ScratchPool, TraceScratch};
+use lanecast_numerics::math::unit;
+use lanecast_picture::render::Progress;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
 
 /// Relative tolerance of the first round. As panels are mostly better than their tolerance
@@ -149,7 +149,7 @@ impl Placed<'_> {
     fn along(
         &self,
         axis: usize,
-        boxes: &[crate::math::Aabb],
+        boxes: &[lanecast_numerics::math::Aabb],
         (scale, relative): (&Figures, f64),
         effort: &Effort,
     ) -> Sample {
@@ -157,7 +157,7 @@ impl Placed<'_> {
         let center = self.bounds.center();
         let half = self.bounds.extent() * 0.5 / self.unit;
         let local = |x: f64, k: usize| (x - center[k]) / self.unit;
-        let splits = |k: usize, within: &dyn Fn(&crate::math::Aabb) -> bool| {
+        let splits = |k: usize, within: &dyn Fn(&lanecast_numerics::math::Aabb) -> bool| {
             let mut all: Vec<f64> = boxes
                 .iter()
                 .filter(|b| within(b))
@@ -191,7 +191,7 @@ impl Placed<'_> {
                 return Sample::default();
             }
             let world = center[u] + x * self.unit;
-            let meets = |b: &crate::math::Aabb| b.min[u] <= world && world <= b.max[u];
+            let meets = |b: &lanecast_numerics::math::Aabb| b.min[u] <= world && world <= b.max[u];
             let line = |y: f64, _: &[f64]| self.line(axis, [x, y], effort);
             integrate(&line, &splits(v, &meets), &inner, hints)
         };

@@ -13,9 +13,9 @@
 use super::body::{Body, Method};
 use super::moments::{Symmetric, outer, plus};
 use super::{Goal, Placed, root_of_squares};
-use crate::render::{Progress, mix, unit};
-use crate::trace::TraceScratch;
 use glam::DVec3;
+use lanecast_engine::trace::TraceScratch;
+use lanecast_picture::render::{Progress, mix, unit};
 use rayon::prelude::*;
 use std::sync::atomic::Ordering::Relaxed;
 

@@ -3,9 +3,9 @@ mod solids;
 
 use super::sampling::LEAST_EMPTY;
 use super::*;
-use crate::geom::{Cuboid, Cylinder, Quadric, Sphere};
-use crate::math::Affine;
-use crate::scene::{Edge, Operand, Operator, SceneBuilder, ShapeId};
+use lanecast_model::geom::{Cuboid, Cylinder, Quadric, Sphere};
+use lanecast_model::scene::{Edge, Operand, Operator, SceneBuilder, ShapeId};
+use lanecast_numerics::math::Affine;
 use std::f64::consts::PI;
 
 /// A coarser goal, for solids whose lines are decided in integers.

@@ -1,9 +1,9 @@
 //! Coordinates within objects: where the point that a pixel shows lies in the box of its object.
 
 use super::objects::Object;
-use crate::io::Picture;
-use crate::render::{RayGenerator, RenderConfig, View};
 use glam::DVec3;
+use lanecast_io::Picture;
+use lanecast_picture::render::{RayGenerator, RenderConfig, View};
 
 /// Returns, for each pixel, the place of what it shows in its object's box: 0 at the least corner,
 /// 65535 at the greatest, to the nearest step; 0 of what is no object or has no box. The picture has

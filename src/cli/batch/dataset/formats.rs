@@ -6,11 +6,11 @@ use super::kubric;
 use super::note::{Note, VERSION};
 use super::objects::place;
 use super::settings::{DatasetSettings, Format};
-use crate::cli::batch::tasks::{Task, Tasks};
-use crate::cli::error::CliError;
-use crate::cli::output::complain;
-use crate::io::{Outputs, SaveError};
+use crate::batch::tasks::{Task, Tasks};
+use crate::error::CliError;
+use crate::output::complain;
 use glam::DMat3;
+use lanecast_io::{Outputs, SaveError};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
@@ -263,7 +263,7 @@ fn nerf_frame(note: &Note, settings: &DatasetSettings) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::batch::dataset::note::tests::note;
+    use crate::batch::dataset::note::tests::note;
 
     #[test]
     fn bop_has_poses_in_the_camera_in_millimetres() {

@@ -2,8 +2,8 @@
 
 use super::files::Beside;
 use super::settings::Format;
-use crate::cli::batch::job::Job;
-use crate::cli::batch::tasks::{Task, Tasks};
+use crate::batch::job::Job;
+use crate::batch::tasks::{Task, Tasks};
 use clap::Command;
 use std::path::{Path, PathBuf};
 

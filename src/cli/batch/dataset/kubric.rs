@@ -116,7 +116,7 @@ pub fn metadata(notes: &[Note]) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::batch::dataset::note::tests::note;
+    use crate::batch::dataset::note::tests::note;
 
     #[test]
     fn objects_have_tracks() {

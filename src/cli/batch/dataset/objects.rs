@@ -2,9 +2,9 @@
 
 use super::note::Seen;
 use super::settings::{DatasetSettings, ObjectOf};
-use crate::math::{Aabb, Affine};
-use crate::scene::{Edge, Instances, Placement, Scene, Target, TransformId, shape_bounds};
 use glam::{DMat3, DVec3};
+use lanecast_model::scene::{Edge, Instances, Placement, Scene, Target, TransformId, shape_bounds};
+use lanecast_numerics::math::{Aabb, Affine};
 use std::collections::HashMap;
 
 /// What a data set knows by one number.

@@ -1,9 +1,9 @@
 //! Cameras as data sets have them: pinholes, by their focal lengths in pixels.
 
 use super::settings::{DatasetSettings, Format};
-use crate::cli::error::CliError;
-use crate::render::{Grid, RenderConfig};
-use crate::scene::{Camera, Projection};
+use crate::error::CliError;
+use lanecast_model::scene::{Camera, Projection};
+use lanecast_picture::render::{Grid, RenderConfig};
 
 /// A pinhole as its picture has it.
 pub struct Pinhole {

@@ -3,7 +3,7 @@
 //! Each becomes the options `--pose` and `--k` of a view, so that a task reads no such file, and a
 //! file of which one pose has changed makes that one's tasks undone.
 
-use crate::cli::batch::ranges::Ranges;
+use crate::batch::ranges::Ranges;
 use glam::{DMat3, DVec3};
 use schemars::JsonSchema;
 use serde::Deserialize;

@@ -4,8 +4,8 @@
 //! alone. So a task has the same options on every machine and in every shard, and another option
 //! beside changes none of them.
 
-use crate::render::{mix, unit};
 use clap::Command;
+use lanecast_picture::render::{mix, unit};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::{Map, Value};

@@ -44,7 +44,7 @@ pub fn text(runs: &[u32]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::mix;
+    use lanecast_picture::render::mix;
 
     /// Reads text back, by the definition.
     fn read(text: &str) -> Vec<u32> {

@@ -1,6 +1,6 @@
 //! The table `[dataset]` of a job file.
 
-use crate::cli::batch::many::Many;
+use crate::batch::many::Many;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

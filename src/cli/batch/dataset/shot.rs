@@ -4,10 +4,10 @@ use super::note::{Extent, Seen};
 use super::objects::Object;
 use super::pinhole::Pinhole;
 use super::{rle, rows_of};
-use crate::accel::World;
-use crate::io::{SaveError, mask_png};
-use crate::math::Aabb;
-use crate::render::{Progress, Rectangle, RenderConfig, View, Worker, silhouette};
+use lanecast_engine::accel::World;
+use lanecast_io::{SaveError, mask_png};
+use lanecast_numerics::math::Aabb;
+use lanecast_picture::render::{Progress, Rectangle, RenderConfig, View, Worker, silhouette};
 use std::path::Path;
 
 /// An object that was traced alone.

@@ -2,17 +2,17 @@
 //! line makes the same picture.
 
 use super::model::Model;
-use crate::cli::args::STDIN;
-use crate::cli::args::{OWN_OPTIONS, PageArgs, RenderArgs};
-use crate::cli::error::CliError;
-use crate::cli::output::quoted;
-use crate::cli::pipeline::{lit, named};
-use crate::cli::render::{check_alpha, composed};
-use crate::cli::{memory, metadata, render_args};
-use crate::io::{Development, LoadError};
-use crate::render::{Backdrop, RenderConfig};
-use crate::scene::{Camera, Instances, Scene, Timeline};
+use crate::args::STDIN;
+use crate::args::{OWN_OPTIONS, PageArgs, RenderArgs};
+use crate::error::CliError;
+use crate::output::quoted;
+use crate::pipeline::{lit, named};
+use crate::render::{check_alpha, composed};
+use crate::{memory, metadata, render_args};
 use glam::DVec3;
+use lanecast_io::{Development, LoadError};
+use lanecast_model::scene::{Camera, Instances, Scene, Timeline};
+use lanecast_picture::render::{Backdrop, RenderConfig};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -10,13 +10,13 @@ mod passes;
 mod probing;
 mod watch;
 
-use crate::cli::args::PageArgs;
-use crate::cli::error::CliError;
-use crate::cli::interrupt;
-use crate::cli::output::{complain, print, printable};
-use crate::io::ReadLog;
+use crate::args::PageArgs;
+use crate::error::CliError;
+use crate::interrupt;
+use crate::output::{complain, print, printable};
 use desk::Page;
 use http::Guard;
+use lanecast_io::ReadLog;
 use look::Base;
 use model::Model;
 use serde::Serialize;

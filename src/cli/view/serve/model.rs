@@ -2,17 +2,17 @@
 
 use super::locked;
 use super::look::{Base, Shot, name};
-use crate::accel::{BuildQuality, KdQuality, Structure, World};
-use crate::cli::error::CliError;
-use crate::cli::pipeline::{self, counts_work, named, structure_of, thread_pool};
-use crate::cli::probe::{self, Report};
-use crate::io::{self, Animated, LoadError, LoadOptions, Loaded, ReadLog};
-use crate::measure::{Stats, Watch};
-use crate::plan::{Choices, Kernels, Plan, PlanError, plan};
-use crate::render::RenderConfig;
-use crate::scene::{Instances, Pace, Scene, Timeline, framed_bounds};
-use crate::trace::{Solids, TraceScratch};
+use crate::error::CliError;
+use crate::pipeline::{self, counts_work, named, structure_of, thread_pool};
+use crate::probe::{self, Report};
 use glam::DVec3;
+use lanecast_engine::accel::{BuildQuality, KdQuality, Structure, World};
+use lanecast_engine::trace::{Solids, TraceScratch};
+use lanecast_io::{self as io, Animated, LoadError, LoadOptions, Loaded, ReadLog};
+use lanecast_measure::{Stats, Watch};
+use lanecast_model::plan::{Choices, Kernels, Plan, PlanError, plan};
+use lanecast_model::scene::{Instances, Pace, Scene, Timeline, framed_bounds};
+use lanecast_picture::render::RenderConfig;
 use rayon::ThreadPool;
 use serde::Serialize;
 use std::sync::{Arc, Mutex, OnceLock};

@@ -2,8 +2,8 @@
 //! a picture takes the place of those before it, so no more than one picture waits.
 
 use super::locked;
-use crate::io::Development;
-use crate::render::FinishedTile;
+use lanecast_io::Development;
+use lanecast_picture::render::FinishedTile;
 use std::collections::VecDeque;
 use std::sync::{Condvar, Mutex};
 

@@ -5,14 +5,14 @@ use super::json;
 use super::look::Shot;
 use super::model::Model;
 use super::outbox::Outbox;
-use crate::cli::error::CliError;
-use crate::io::{Development, Picture, png_bytes};
-use crate::light::sampler::Kind as SamplerKind;
-use crate::render::{
+use crate::error::CliError;
+use lanecast_io::{Development, Picture, png_bytes};
+use lanecast_light::sampler::Kind as SamplerKind;
+use lanecast_model::scene::Camera;
+use lanecast_picture::render::{
     Backdrop, FinishedTile, Integrator, Merge, Progress, RenderConfig, View, legend, parts_of,
     render_samples, render_showing,
 };
-use crate::scene::Camera;
 use rayon::ThreadPool;
 use serde::Serialize;
 use std::ops::Range;
@@ -291,7 +291,7 @@ fn doubling(samples: u32) -> Vec<Range<u32>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::is_part;
+    use lanecast_picture::render::is_part;
 
     #[test]
     fn parts_double_and_cover_all_samples() {

@@ -2,8 +2,8 @@
 
 use super::look::{Look, Shot};
 use super::{Shared, json};
-use crate::cli::probe::Report;
-use crate::render::RayGenerator;
+use crate::probe::Report;
+use lanecast_picture::render::RayGenerator;
 use serde::{Deserialize, Serialize};
 
 /// The pixel of a look that was clicked.

@@ -3,7 +3,7 @@
 
 use super::Shared;
 use super::model::Model;
-use crate::io::ReadLog;
+use lanecast_io::ReadLog;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, SystemTime};

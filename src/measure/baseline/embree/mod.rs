@@ -6,8 +6,8 @@
 //! ([`Mode`]: single rays, packets, streams, with and without the coherent flag); the
 //! best mode for a set of rays is measured, not assumed.
 //!
-//! Input ([`RaySet`](crate::io::RaySet)) and output
-//! ([`Answers`](crate::measure::queries::Answers)) are those of our kernels. Embree
+//! Input ([`RaySet`](lanecast_io::RaySet)) and output
+//! ([`Answers`](crate::queries::Answers)) are those of our kernels. Embree
 //! requires denormals to be flushed to zero while it builds and traces, which [`trace`]
 //! does.
 //!
@@ -16,13 +16,13 @@
 mod ffi;
 mod trace;
 
-use crate::io::{RaySet, TriangleSet};
-use crate::measure::baseline::{BaselineError, BaselineTests};
-use crate::measure::clock::Clock;
-use crate::measure::index_stats::StructureRow;
-use crate::measure::queries::{Answers, Ask};
-use crate::render::Progress;
+use crate::baseline::{BaselineError, BaselineTests};
+use crate::clock::Clock;
+use crate::index_stats::StructureRow;
+use crate::queries::{Answers, Ask};
 use ffi::Handle;
+use lanecast_io::{RaySet, TriangleSet};
+use lanecast_picture::render::Progress;
 use std::ffi::{CString, c_void};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicIsize, Ordering};

@@ -1,15 +1,15 @@
 //! Traces an array of rays to an array of answers with Embree.
 //!
-//! Chunks and pool are the same as for our kernels ([`crate::measure::queries`]).
+//! Chunks and pool are the same as for our kernels ([`crate::queries`]).
 //! Inside a chunk, rays are copied into Embree's layout and traced, and t and id are
 //! copied out. All of that is timed, as it is for ours.
 
 use super::ffi::{self, Aligned16, Aligned64, Context, PacketCall, RayHitN, RayN};
 use super::{Call, Mode, Tree};
-use crate::io::RaySet;
-use crate::measure::queries::{Answers, Ask};
-use crate::render::Progress;
-use crate::trace::{Depths, Hits, Ids};
+use crate::queries::{Answers, Ask};
+use lanecast_engine::trace::{Depths, Hits, Ids};
+use lanecast_io::RaySet;
+use lanecast_picture::render::Progress;
 use rayon::prelude::*;
 use std::arch::asm;
 use std::ops::Range;

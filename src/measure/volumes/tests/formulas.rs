@@ -2,12 +2,12 @@
 //! the placement of the solid.
 
 use super::*;
-use crate::geom::hull;
-use crate::geom::implicit::torus;
-use crate::geom::{Cone, Ellipsoid, Prism};
-use crate::math::Aabb;
-use crate::scene::MeshData;
 use glam::{DAffine3, DVec2};
+use lanecast_model::geom::hull;
+use lanecast_model::geom::implicit::torus;
+use lanecast_model::geom::{Cone, Ellipsoid, Prism};
+use lanecast_model::scene::MeshData;
+use lanecast_numerics::math::Aabb;
 
 /// A shear, a rotation and unequal scales, and one that mirrors.
 fn maps() -> [Affine; 3] {

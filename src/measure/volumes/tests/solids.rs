@@ -1,7 +1,7 @@
 //! Quadrature of CSG solids with known figures.
 
 use super::*;
-use crate::geom::implicit::torus;
+use lanecast_model::geom::implicit::torus;
 
 fn fine() -> Goal {
     Goal {

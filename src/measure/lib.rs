@@ -1,5 +1,8 @@
 //! Measurements of cost and error: rays per second, growth, statistics, and comparisons
 //! with the reference.
+//!
+//! A part of Lanecast that may change with any version; the crate `lanecast` is what is
+//! kept.
 
 pub mod adversarial;
 pub mod baseline;

@@ -46,10 +46,10 @@ pub use picture::{
     FinishedTile, RenderError, Rendered, View, Worker, render, render_after, render_blurred,
     render_showing, render_with,
 };
-pub(crate) use pixel_order::{BLOCK, every_second_bit};
+pub use pixel_order::{BLOCK, every_second_bit};
 pub use progress::Progress;
 pub use sampler::sample_position;
-pub(crate) use sampler::{mix, unit};
+pub use sampler::{mix, unit};
 pub use silhouettes::{Rectangle, silhouette};
 pub use slices::{Slice, SliceError, Slices};
 pub use window::Window;

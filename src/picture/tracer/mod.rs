@@ -210,7 +210,7 @@ impl Tracer {
 type Seen<'w> = (Camera, Option<usize>, Cow<'w, [Light]>);
 
 /// Returns the structure that the plan chose; `kd` holds the parameters of a k-d tree.
-pub(crate) fn structure(plan: &Plan, kd: &KdQuality) -> Structure {
+pub fn structure(plan: &Plan, kd: &KdQuality) -> Structure {
     match plan.accel {
         Accel::Bvh => Structure::Bvh,
         Accel::Kd => Structure::Kd(*kd),

@@ -7,7 +7,7 @@
 use std::process::Command;
 
 fn main() {
-    println!("cargo:rerun-if-changed=src");
+    println!("cargo:rerun-if-changed=..");
     println!("cargo:rerun-if-env-changed=LANECAST_COMMIT");
     for (name, value) in [
         ("LANECAST_TARGET", std::env::var("TARGET").ok()),
@@ -24,7 +24,7 @@ fn main() {
 fn commit() -> Option<String> {
     let head = git(&["rev-parse", "--short=12", "HEAD"])?;
     let status = ["--no-optional-locks", "status", "--porcelain"];
-    let paths = ["--", "src", "Cargo.toml", "Cargo.lock"];
+    let paths = ["--", ":/src", ":/Cargo.toml", ":/Cargo.lock"];
     let changed = git(&[&status[..], &paths[..]].concat())?;
     let dirty = if changed.is_empty() { "" } else { "-dirty" };
     Some(format!("{}{dirty}", head.trim()))

@@ -6,7 +6,9 @@
 //! closes it early (`| head`) is no error.
 //!
 //! **Invariant:** the processor is checked before anything else runs (`cpu.rs`), on
-//! Linux even before the Rust runtime (`main.rs`).
+//! Linux even before the Rust runtime (`main.rs` of the crate `lanecast`).
+//!
+//! A part of Lanecast that may change with any version; the command line is what is kept.
 
 mod accuracy;
 mod args;

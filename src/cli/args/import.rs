@@ -33,7 +33,7 @@ pub struct ImportArgs {
     /// several times
     #[arg(long, value_name = "A,B,C,D", allow_hyphen_values = true, value_parser = parse_plane)]
     pub clip: Vec<HalfSpace>,
-    /// Hatch what --clip cuts, at 45°, with lines this far apart in world units, or auto; parts
+    /// Hatch what --clip cuts, at 45 degrees, with lines this far apart in world units, or auto; parts
     /// beside each other differ in direction
     #[arg(long, value_name = "SPACING", value_parser = parse_hatch, requires = "clip")]
     pub hatch: Option<Hatch>,

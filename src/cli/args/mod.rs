@@ -276,9 +276,9 @@ impl MeasureArgs {
 #[derive(Args)]
 pub struct RootsArgs {
     /// Coefficients of the polynomial, the constant one first
-    #[arg(long, value_name = "C0,C1,…", allow_hyphen_values = true, value_parser = parse_coefficients)]
+    #[arg(long, value_name = "C0,C1,...", allow_hyphen_values = true, value_parser = parse_coefficients)]
     pub coeffs: Option<Coefficients>,
-    /// List of polynomials: {"polynomials": [{"name": …, "coeffs_f64": […]}]}
+    /// List of polynomials: {"polynomials": [{"name": ..., "coeffs_f64": [...]}]}
     #[arg(long, value_name = "FILE", conflicts_with = "coeffs")]
     pub file: Option<PathBuf>,
     /// Find only roots greater than LOW and at most HIGH; both may be infinite

@@ -28,6 +28,11 @@ pub enum Stroke {
     Dashed,
     /// Points without a line.
     Dots,
+    /// Crosses over points of other lines.
+    Crosses,
+    /// A thick line whose points have rings, and their names beside them. A chart that has one lists
+    /// its labels from the top, each with its mark.
+    Front,
 }
 
 const WIDTH: f64 = 960.0;
@@ -35,8 +40,8 @@ const HEIGHT: f64 = 420.0;
 const LEFT: f64 = 64.0;
 const TOP: f64 = 24.0;
 const BOTTOM: f64 = 44.0;
-/// Number of colours of the style sheet.
-const COLOURS: usize = 8;
+/// Number of colours of the style sheet, of which the last is that of text.
+pub const COLOURS: usize = 10;
 /// Distance between the labels at the curves' ends.
 const LABEL: f64 = 16.0;
 
@@ -48,7 +53,7 @@ pub fn draw(chart: &Chart) -> String {
         .filter(|(_, points)| !points.is_empty())
         .collect();
     let right = lines.iter().map(|(line, _)| text_width(&line.label));
-    let right = right.fold(60.0, f64::max) + 18.0;
+    let right = right.fold(60.0, f64::max) + 26.0;
     let points = || lines.iter().flat_map(|(_, points)| points);
     let covers = chart.y_covers.map(|ends| ends.map(f64::log10));
     let range = |k: usize| {
@@ -97,7 +102,14 @@ pub fn draw(chart: &Chart) -> String {
         match line.stroke {
             Stroke::Solid => svg.polyline(&placed, &format!("curve s{colour}")),
             Stroke::Dashed => svg.polyline(&placed, &format!("curve s{colour} dashed")),
-            Stroke::Dots => {}
+            Stroke::Dots | Stroke::Crosses => {}
+            Stroke::Front => svg.polyline(&placed, "front"),
+        }
+        if matches!(line.stroke, Stroke::Crosses | Stroke::Front) {
+            for place in &placed {
+                mark(&mut svg, line.stroke, *place);
+            }
+            continue;
         }
         let drawn = line.points.iter().map(is_drawn);
         let names = line.names.iter().zip(drawn);
@@ -113,6 +125,27 @@ pub fn draw(chart: &Chart) -> String {
             let hint = format!("{name}: {x} {}, {y:.4e}", chart.x_label);
             svg.dot(*place, &format!("d{colour}"), &hint);
         }
+    }
+    if let Some((front, points)) = lines.iter().find(|(line, _)| line.stroke == Stroke::Front) {
+        let frame = [LEFT, TOP, edge, bottom];
+        let dots: Vec<[f64; 2]> = lines.iter().flat_map(|(_, p)| p).map(|p| at(*p)).collect();
+        let way: Vec<[f64; 2]> = points.iter().map(|p| at(*p)).collect();
+        let drawn = front.names.iter().zip(&front.points);
+        let names: Vec<&String> = drawn
+            .filter(|(_, p)| is_drawn(p))
+            .map(|(name, _)| name)
+            .collect();
+        write_names(&mut svg, (&way, &names), &dots, frame);
+        for (row, (line, _)) in lines.iter().enumerate() {
+            let [x, y] = [edge + 14.0, TOP + 4.0 + 18.0 * row as f64];
+            let colour = line.hue % COLOURS;
+            match line.stroke {
+                Stroke::Front | Stroke::Crosses => mark(&mut svg, line.stroke, [x, y]),
+                _ => svg.dot([x, y], &format!("d{colour}"), &line.label),
+            }
+            svg.text([x + 12.0, y + 4.0], Anchor::Start, "", &line.label);
+        }
+        return svg.finish();
     }
     // Labels at the curves' ends, moved apart from the top down.
     let mut ends: Vec<(f64, usize, &str)> = lines
@@ -134,6 +167,75 @@ pub fn draw(chart: &Chart) -> String {
         svg.text(place, Anchor::Start, &class, label);
     }
     svg.finish()
+}
+
+/// Draws the mark of a point: a cross, or the ring of a front.
+fn mark(svg: &mut Svg, stroke: Stroke, [x, y]: [f64; 2]) {
+    if stroke == Stroke::Front {
+        return svg.ring([x, y], 7.0, "front");
+    }
+    for slant in [-4.0, 4.0] {
+        svg.line([x - 4.0, y - slant], [x + 4.0, y + slant], "cross");
+    }
+}
+
+/// Writes the name of each point of a front where it covers no dot, no other name and no part of the
+/// front; of a point that has no such place, none. A front falls, so that most have one below.
+fn write_names(
+    svg: &mut Svg,
+    (way, names): (&[[f64; 2]], &[&String]),
+    dots: &[[f64; 2]],
+    frame: [f64; 4],
+) {
+    // Boxes as left, top, right, bottom; the front as dots on it.
+    let covers =
+        |a: &[f64; 4], b: &[f64; 4]| a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3];
+    let around = |[x, y]: [f64; 2], r: f64| [x - r, y - r, x + r, y + r];
+    let mut taken: Vec<[f64; 4]> = dots.iter().map(|dot| around(*dot, 5.0)).collect();
+    for ends in way.windows(2) {
+        for k in 0..=64 {
+            let t = f64::from(k) / 64.0;
+            let on = [0, 1].map(|axis| ends[0][axis] + t * (ends[1][axis] - ends[0][axis]));
+            taken.push(around(on, 1.0));
+        }
+    }
+    taken.extend(way.iter().map(|place| around(*place, 8.0)));
+    for ([x, y], name) in way.iter().zip(names) {
+        let width = text_width(name);
+        let places = [
+            (16.0, false),
+            (16.0, true),
+            (-10.0, true),
+            (-10.0, false),
+            (4.0, true),
+            (4.0, false),
+        ];
+        let far = [34.0, -26.0, 52.0].map(|dy| [(dy, false), (dy, true)]);
+        let place = places
+            .iter()
+            .chain(far.iter().flatten())
+            .find_map(|(dy, rightward)| {
+                let (from, anchor) = match rightward {
+                    true => (x + 10.0, Anchor::Start),
+                    false => (x - 10.0 - width, Anchor::End),
+                };
+                let own = [from, y + dy - 11.0, from + width, y + dy + 3.0];
+                let inside = own[0] > frame[0]
+                    && own[1] > frame[1]
+                    && own[2] < frame[2]
+                    && own[3] < frame[3];
+                let free = inside && !taken.iter().any(|other| covers(&own, other));
+                free.then_some((
+                    own,
+                    [if *rightward { x + 10.0 } else { x - 10.0 }, y + dy],
+                    anchor,
+                ))
+            });
+        if let Some((own, at, anchor)) = place {
+            taken.push(own);
+            svg.text(at, anchor, "name", name);
+        }
+    }
 }
 
 fn logarithms(points: &[[f64; 2]]) -> Vec<[f64; 2]> {

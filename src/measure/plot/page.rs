@@ -1,5 +1,6 @@
 //! The HTML page around the figures.
 
+use super::curves::COLOURS;
 use super::svg::escaped;
 use std::fmt::Write;
 
@@ -24,11 +25,11 @@ const STYLE: &str = "
 :root { color-scheme: light dark; --page: #fff; --ink: #1b1f24; --soft: #5c6670; --grid: #e3e7eb;
   --axis: #9aa4ae; --fast: #0072b2; --guarded: #009e73; --exact: #56a5d8; --peer: #d55e00;
   --k0: #0072b2; --k1: #d55e00; --k2: #009e73; --k3: #b0548d; --k4: #b58900; --k5: #3f8fc0;
-  --k6: #6b6b6b; --k7: #8c4a00; }
+  --k6: #6b6b6b; --k7: #8c4a00; --k8: #c2255c; --k9: var(--ink); }
 @media (prefers-color-scheme: dark) { :root { --page: #14171a; --ink: #e8ebee; --soft: #9aa5b0;
   --grid: #2a3037; --axis: #5b6670; --fast: #4aa8e0; --guarded: #2fc39a; --exact: #2f6f96;
   --peer: #f08a3c; --k0: #4aa8e0; --k1: #f08a3c; --k2: #2fc39a; --k3: #dd8fbf; --k4: #e0bb3a;
-  --k5: #8ccbf0; --k6: #b3b3b3; --k7: #c98a4b; } }
+  --k5: #8ccbf0; --k6: #b3b3b3; --k7: #c98a4b; --k8: #ff8fb0; } }
 body { margin: 0 auto; padding: 32px 24px 64px; max-width: 980px; background: var(--page);
   color: var(--ink); font: 15px/1.5 system-ui, 'Segoe UI', 'Liberation Sans', sans-serif; }
 h1 { font-size: 26px; font-weight: 650; margin: 0 0 10px; }
@@ -51,6 +52,9 @@ svg .dashed { stroke-dasharray: 6 4; }
 table { border-collapse: collapse; font-size: 13px; font-variant-numeric: tabular-nums; }
 th, td { text-align: left; padding: 2px 14px 2px 0; border-bottom: 1px solid var(--grid); }
 svg .curve { fill: none; stroke-width: 2; stroke-linejoin: round; }
+svg .front { fill: none; stroke: var(--ink); stroke-width: 1.6; stroke-linejoin: round; }
+svg .cross { stroke: var(--peer); stroke-width: 1.6; }
+svg .name { paint-order: stroke; stroke: var(--page); stroke-width: 3px; stroke-linejoin: round; }
 ";
 
 /// Writes the page. `legend` holds class and name of each colour.
@@ -113,7 +117,7 @@ fn write_with(
 
 /// Writes the colours of the curves' strokes, dots and labels.
 fn curve_colours() -> String {
-    (0..8)
+    (0..COLOURS)
         .map(|i| {
             format!(
                 "svg .s{i} {{ stroke: var(--k{i}); }} \

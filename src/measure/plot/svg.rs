@@ -62,6 +62,14 @@ impl Svg {
         );
     }
 
+    /// Adds a circle that is not filled, and does not hide the hint of what is below.
+    pub fn ring(&mut self, [x, y]: [f64; 2], radius: f64, class: &str) {
+        let _ = writeln!(
+            self.body,
+            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\" class=\"{class}\" pointer-events=\"none\"/>"
+        );
+    }
+
     pub fn text(&mut self, [x, y]: [f64; 2], anchor: Anchor, class: &str, text: &str) {
         let anchor = match anchor {
             Anchor::Start => "start",

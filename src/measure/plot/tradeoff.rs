@@ -1,7 +1,7 @@
 //! The page of `tradeoff`: time against error, a table whose rows are commands, and any two pictures
 //! under a slider. It needs no other file and no network.
 
-use super::curves::{Chart, Line, Stroke, draw};
+use super::curves::{COLOURS, Chart, Line, Stroke, draw};
 use super::embed::data;
 use super::page::{Heading, Section, page_with_curves};
 use super::svg::escaped;
@@ -23,6 +23,7 @@ select, button { font: inherit; color: inherit; background: var(--page); border:
 tr[data-way] { cursor: pointer; } tr.front code::after { content: '  \\2605'; }
 button.copy { font-size: 11px; min-width: 54px; cursor: pointer; }
 td.number { text-align: right; } td { white-space: nowrap; } .figure { overflow-x: auto; }
+.figure > svg { min-width: 640px; }
 ";
 
 /// The script: which pictures are shown, where the border is, and what a button copies.
@@ -69,9 +70,10 @@ pub fn tradeoff_page(
         Section {
             heading: "Time against error".into(),
             note:
-                "Each dot is a way to render the scene, in the colour of what it varies, and tells \
-                   its options where it is pointed at; the line joins those that no other way beats. \
-                   Both axes are logarithmic."
+                "Left is faster, below is nearer to the converged picture. Each dot is a way to render \
+                   the scene, in the colour of what it varies, and tells its options where it is \
+                   pointed at. The line is the front: no other way is as fast and as near as those \
+                   with rings. Both axes are logarithmic."
                     .into(),
             figure: plot,
         },
@@ -113,28 +115,40 @@ fn lines(points: &[Point]) -> Vec<Line> {
     let mut lines: Vec<Line> = choices
         .iter()
         .enumerate()
-        .map(|(hue, choice)| {
+        .map(|(row, choice)| {
             let of = || points.iter().filter(|point| point.choice == *choice);
             Line {
                 label: (*choice).to_owned(),
-                hue,
+                // The scene's own way has the colour of text, which is the last.
+                hue: (row + COLOURS - 1) % COLOURS,
                 stroke: Stroke::Dots,
                 points: of().map(place).collect(),
                 names: of().map(|point| name(point).to_owned()).collect(),
             }
         })
         .collect();
-    let mut front: Vec<[f64; 2]> = points.iter().filter(|p| p.pareto).map(place).collect();
-    front.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    // Below the dots, which keep their colours.
-    let best = Line {
-        label: "best".into(),
-        hue: choices.len(),
-        stroke: Stroke::Dashed,
-        points: front,
+    let mut best: Vec<&Point> = points.iter().filter(|point| point.pareto).collect();
+    best.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
+    let front = Line {
+        label: "the front".into(),
+        hue: 0,
+        stroke: Stroke::Front,
+        points: best.iter().map(|point| place(point)).collect(),
+        names: best.iter().map(|point| name(point).to_owned()).collect(),
+    };
+    let wrong = points
+        .iter()
+        .filter(|point| point.wrong_pixels.is_some_and(|n| n > 0));
+    let wrong = Line {
+        label: "wrong pixels".into(),
+        hue: 0,
+        stroke: Stroke::Crosses,
+        points: wrong.map(place).collect(),
         names: Vec::new(),
     };
-    lines.insert(0, best);
+    // Below the dots, which keep their colours and hints.
+    lines.insert(0, front);
+    lines.push(wrong);
     lines
 }
 

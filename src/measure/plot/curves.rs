@@ -54,6 +54,7 @@ pub fn draw(chart: &Chart) -> String {
         .collect();
     let right = lines.iter().map(|(line, _)| text_width(&line.label));
     let right = right.fold(60.0, f64::max) + 26.0;
+    let has_front = lines.iter().any(|(line, _)| line.stroke == Stroke::Front);
     let points = || lines.iter().flat_map(|(_, points)| points);
     let covers = chart.y_covers.map(|ends| ends.map(f64::log10));
     let range = |k: usize| {
@@ -64,8 +65,9 @@ pub fn draw(chart: &Chart) -> String {
         if least > most {
             return (0.0, 1.0);
         }
-        // A margin, so that no curve lies on the frame.
-        let air = ((most - least) * 0.04).max(0.04);
+        // A margin, so that no curve lies on the frame, and names have room above.
+        let part = if has_front { 0.1 } else { 0.04 };
+        let air = ((most - least) * part).max(0.04);
         (least - air, most + air)
     };
     let (x_range, y_range) = (range(0), range(1));
@@ -127,24 +129,22 @@ pub fn draw(chart: &Chart) -> String {
         }
     }
     if let Some((front, points)) = lines.iter().find(|(line, _)| line.stroke == Stroke::Front) {
-        let frame = [LEFT, TOP, edge, bottom];
-        let dots: Vec<[f64; 2]> = lines.iter().flat_map(|(_, p)| p).map(|p| at(*p)).collect();
-        let way: Vec<[f64; 2]> = points.iter().map(|p| at(*p)).collect();
-        let drawn = front.names.iter().zip(&front.points);
-        let names: Vec<&String> = drawn
-            .filter(|(_, p)| is_drawn(p))
-            .map(|(name, _)| name)
-            .collect();
-        write_names(&mut svg, (&way, &names), &dots, frame);
+        let mut taken: Vec<[f64; 4]> = Vec::new();
         for (row, (line, _)) in lines.iter().enumerate() {
             let [x, y] = [edge + 14.0, TOP + 4.0 + 18.0 * row as f64];
-            let colour = line.hue % COLOURS;
             match line.stroke {
                 Stroke::Front | Stroke::Crosses => mark(&mut svg, line.stroke, [x, y]),
-                _ => svg.dot([x, y], &format!("d{colour}"), &line.label),
+                _ => svg.dot([x, y], &format!("d{}", line.hue % COLOURS), &line.label),
             }
             svg.text([x + 12.0, y + 4.0], Anchor::Start, "", &line.label);
+            taken.push([edge, y - 9.0, WIDTH, y + 9.0]);
         }
+        let dots = lines.iter().flat_map(|(_, p)| p);
+        taken.extend(dots.map(|p| around(at(*p), 5.0)));
+        let way: Vec<[f64; 2]> = points.iter().map(|p| at(*p)).collect();
+        let names = front.names.iter().zip(&front.points);
+        let names: Vec<&String> = names.filter(|(_, p)| is_drawn(p)).map(|(n, _)| n).collect();
+        write_names(&mut svg, (&way, &names), taken, [LEFT, TOP, WIDTH, bottom]);
         return svg.finish();
     }
     // Labels at the curves' ends, moved apart from the top down.
@@ -179,19 +179,35 @@ fn mark(svg: &mut Svg, stroke: Stroke, [x, y]: [f64; 2]) {
     }
 }
 
-/// Writes the name of each point of a front where it covers no dot, no other name and no part of the
-/// front; of a point that has no such place, none. A front falls, so that most have one below.
+/// Returns the square about a point: left, top, right, bottom.
+fn around([x, y]: [f64; 2], half: f64) -> [f64; 4] {
+    [x - half, y - half, x + half, y + half]
+}
+
+/// Where a name may stand: how far its line lies below the point, and whether it is right of it.
+const PLACES: [(f64, bool); 12] = [
+    (16.0, false),
+    (16.0, true),
+    (-10.0, true),
+    (4.0, true),
+    (-10.0, false),
+    (4.0, false),
+    (34.0, false),
+    (34.0, true),
+    (-26.0, true),
+    (-26.0, false),
+    (52.0, false),
+    (52.0, true),
+];
+
+/// Writes the name of each point of a front where it covers nothing of what is `taken`, no other name
+/// and no part of the front, within a frame; of a point that has no such place, none.
 fn write_names(
     svg: &mut Svg,
     (way, names): (&[[f64; 2]], &[&String]),
-    dots: &[[f64; 2]],
+    mut taken: Vec<[f64; 4]>,
     frame: [f64; 4],
 ) {
-    // Boxes as left, top, right, bottom; the front as dots on it.
-    let covers =
-        |a: &[f64; 4], b: &[f64; 4]| a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3];
-    let around = |[x, y]: [f64; 2], r: f64| [x - r, y - r, x + r, y + r];
-    let mut taken: Vec<[f64; 4]> = dots.iter().map(|dot| around(*dot, 5.0)).collect();
     for ends in way.windows(2) {
         for k in 0..=64 {
             let t = f64::from(k) / 64.0;
@@ -202,35 +218,17 @@ fn write_names(
     taken.extend(way.iter().map(|place| around(*place, 8.0)));
     for ([x, y], name) in way.iter().zip(names) {
         let width = text_width(name);
-        let places = [
-            (16.0, false),
-            (16.0, true),
-            (-10.0, true),
-            (-10.0, false),
-            (4.0, true),
-            (4.0, false),
-        ];
-        let far = [34.0, -26.0, 52.0].map(|dy| [(dy, false), (dy, true)]);
-        let place = places
-            .iter()
-            .chain(far.iter().flatten())
-            .find_map(|(dy, rightward)| {
-                let (from, anchor) = match rightward {
-                    true => (x + 10.0, Anchor::Start),
-                    false => (x - 10.0 - width, Anchor::End),
-                };
-                let own = [from, y + dy - 11.0, from + width, y + dy + 3.0];
-                let inside = own[0] > frame[0]
-                    && own[1] > frame[1]
-                    && own[2] < frame[2]
-                    && own[3] < frame[3];
-                let free = inside && !taken.iter().any(|other| covers(&own, other));
-                free.then_some((
-                    own,
-                    [if *rightward { x + 10.0 } else { x - 10.0 }, y + dy],
-                    anchor,
-                ))
-            });
+        let place = PLACES.iter().find_map(|(below, rightward)| {
+            let (from, end, anchor) = match rightward {
+                true => (x + 10.0, x + 10.0, Anchor::Start),
+                false => (x - 10.0 - width, x - 10.0, Anchor::End),
+            };
+            let own = [from, y + below - 11.0, from + width, y + below + 3.0];
+            let inside = (0..2).all(|k| own[k] > frame[k] && own[k + 2] < frame[k + 2]);
+            let meets = |o: &[f64; 4]| (0..2).all(|k| own[k] < o[k + 2] && o[k] < own[k + 2]);
+            let free = inside && !taken.iter().any(meets);
+            free.then_some((own, [end, y + below], anchor))
+        });
         if let Some((own, at, anchor)) = place {
             taken.push(own);
             svg.text(at, anchor, "name", name);
@@ -342,5 +340,49 @@ mod tests {
         });
         assert!(drawn.contains("--spp 4: 5.0e-1 seconds"), "{drawn}");
         assert!(drawn.contains("--spp 2: 2.5e-1 seconds") && !drawn.contains("none"));
+    }
+
+    #[test]
+    fn a_front_has_its_names_beside_its_points() {
+        let line = |stroke, points: Vec<[f64; 2]>, names: Vec<String>| Line {
+            label: "all".into(),
+            hue: 0,
+            stroke,
+            points,
+            names,
+        };
+        let front = vec![[0.01, 0.5], [0.1, 0.1], [1.0, 0.01]];
+        let names = ["--spp 1", "--spp 4", "--spp 64"].map(String::from);
+        let of = |lines| {
+            draw(&Chart {
+                x_label: "seconds",
+                y_label: "y",
+                y_covers: None,
+                lines,
+            })
+        };
+        let drawn = of(vec![
+            line(Stroke::Front, front.clone(), names.clone().into()),
+            line(Stroke::Dots, front.clone(), names.clone().into()),
+        ]);
+        for name in &names {
+            assert!(
+                drawn.contains(&format!("class=\"name\">{name}</text>")),
+                "{name}: {drawn}"
+            );
+        }
+        // Where dots lie close all around, there is no place for a name.
+        let crowd = |k: i32| {
+            [
+                0.1 * 1.06_f64.powi(k / 40 - 20),
+                0.1 * 1.06_f64.powi(k % 40 - 20),
+            ]
+        };
+        let crowd = (0..1600).map(crowd).collect();
+        let crowded = of(vec![
+            line(Stroke::Front, front, names.into()),
+            line(Stroke::Crosses, crowd, Vec::new()),
+        ]);
+        assert!(!crowded.contains("name\">--spp 4<") && crowded.contains("name\">--spp 64<"));
     }
 }

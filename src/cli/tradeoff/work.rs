@@ -8,18 +8,19 @@ use crate::pipeline::{Prepared, complete, structure};
 use crate::progress::{Drawing, Style};
 use crate::{interrupt, shutter};
 use lanecast_engine::accel::World;
-use lanecast_engine::trace::RayKind;
+use lanecast_engine::trace::{RayKind, TracedRay};
 use lanecast_io::{Channel, ChannelPicture, Encoding, LoadError};
+use lanecast_measure::adversarial::Aimed;
 use lanecast_measure::compare::{comparable, compare};
 use lanecast_measure::tradeoff::{Point, mark_front, median};
-use lanecast_measure::verify::{Counts, VerifyOptions, replay};
+use lanecast_measure::verify::{Counts, VerifyOptions, nearest_hits, replay_aimed};
 use lanecast_measure::{Stats, Watch};
 use lanecast_model::plan::{Plan, plan};
 use lanecast_model::scene::Scene;
 use lanecast_picture::render::{
     Integrator, Picture, Progress, RenderConfig, Rendered, View, render, render_blurred,
 };
-use lanecast_reference::Reference;
+use lanecast_reference::{Hit, Reference};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -103,6 +104,12 @@ fn converged(base: &RenderConfig, asked: Option<u32>) -> (u32, RenderConfig) {
     (spp, config)
 }
 
+/// What the reference says of the camera rays.
+struct RayTruth<'a> {
+    reference: Reference<'a>,
+    nearest: Vec<Option<Hit>>,
+}
+
 struct Work<'a> {
     prepared: &'a Prepared,
     task: &'a Task<'a>,
@@ -160,13 +167,8 @@ impl Work<'_> {
         Ok(self.render((&world, &plan), config, false)?.picture)
     }
 
-    /// Compares each pixel's camera ray, through the middle, with the reference; `None` where the
-    /// reference refuses the scene.
-    fn compared(&self, config: &RenderConfig) -> Result<Option<Counts>, CliError> {
-        let prepared = self.prepared;
-        let Ok(reference) = Reference::new(&prepared.scene, &prepared.instances) else {
-            return Ok(None);
-        };
+    /// Traces each pixel's camera ray, through the middle.
+    fn camera_rays(&self, config: &RenderConfig) -> Result<Vec<TracedRay>, CliError> {
         let config = RenderConfig {
             integrator: Integrator::Direct,
             spp: 1,
@@ -180,12 +182,38 @@ impl Work<'_> {
         let (world, _) = self.world(&config, &plan)?;
         let mut rays = self.render((&world, &plan), &config, true)?.record;
         rays.retain(|ray| ray.kind == RayKind::Primary && ray.depth == 0);
+        Ok(rays)
+    }
+
+    /// Asks the reference about the camera rays of a way, which are those of all; `None` where it
+    /// refuses the scene.
+    fn truth(&self, config: &RenderConfig) -> Result<Option<RayTruth<'_>>, CliError> {
+        let prepared = self.prepared;
+        let Ok(reference) = Reference::new(&prepared.scene, &prepared.instances) else {
+            return Ok(None);
+        };
+        let aimed = |ray: &TracedRay| Aimed {
+            org: ray.org,
+            dir: ray.dir,
+            t_max: ray.t_max,
+        };
+        let rays: Vec<Aimed> = self.camera_rays(config)?.iter().map(aimed).collect();
+        let nearest = prepared.pool.install(|| {
+            nearest_hits(&reference, &rays, self.task.progress).map_err(|_| CliError::Interrupted)
+        })?;
+        Ok(Some(RayTruth { reference, nearest }))
+    }
+
+    /// Compares the camera rays of a way with what the reference says of them.
+    fn compared(&self, config: &RenderConfig, truth: &RayTruth) -> Result<Counts, CliError> {
+        let rays = self.camera_rays(config)?;
         let options = VerifyOptions::default();
-        let compared = prepared.pool.install(|| {
-            replay(&reference, &rays, &options, self.task.progress)
+        let RayTruth { reference, nearest } = truth;
+        let compared = self.prepared.pool.install(|| {
+            replay_aimed(reference, nearest, &rays, &options, self.task.progress)
                 .map_err(|_| CliError::Interrupted)
         })?;
-        Ok(Some(compared.counts))
+        Ok(compared.counts)
     }
 
     /// Renders a way's picture; returns the seconds that it took.
@@ -229,7 +257,13 @@ impl Work<'_> {
                 }
             }
         }
-        let own = self.compared(&ways[0].config)?;
+        let rays = self.truth(&ways[0].config)?;
+        let counts = |way: &Way| {
+            rays.as_ref()
+                .map(|rays| self.compared(&way.config, rays))
+                .transpose()
+        };
+        let own = counts(&ways[0])?;
         let mut points = Vec::new();
         for (i, way) in ways.iter().enumerate() {
             let picture = channels(&pictures[i]);
@@ -237,7 +271,7 @@ impl Work<'_> {
             let found = compare((&picture, truth), &names, 0.0);
             let (seconds, spread) = median(std::mem::take(&mut times[i]));
             let rays = match way.changes_rays {
-                true => self.compared(&way.config)?,
+                true => counts(way)?,
                 false => own,
             };
             points.push(Point {

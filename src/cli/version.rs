@@ -29,9 +29,11 @@ struct Isa {
 }
 
 /// The features of cargo, and whether each is on.
-const FEATURES: [(&str, bool); 4] = [
+const FEATURES: [(&str, bool); 6] = [
     ("all-lanes", plan::ALL_LANES),
     ("denoise", cfg!(feature = "denoise")),
+    ("draco", cfg!(feature = "draco")),
+    ("ktx2", cfg!(feature = "ktx2")),
     ("peer-embree", cfg!(feature = "peer-embree")),
     ("view", cfg!(feature = "view")),
 ];

@@ -13,6 +13,7 @@ use lanecast_numerics::math::Aabb;
 use lanecast_picture::render::{Backdrop, Ground, Integrator, RenderConfig, ground_albedo};
 use lanecast_picture::tracer::{RayBatch, Tracer, TracerOptions};
 use std::path::Path;
+use std::sync::OnceLock;
 
 /// Rays along each side of the box that look for the lowest points of curved things.
 const PROBES: u32 = 512;
@@ -26,6 +27,16 @@ pub fn stand(
     scene: Scene,
     path: &Path,
     config: RenderConfig,
+) -> Result<(Scene, RenderConfig), CliError> {
+    stand_at(scene, path, config, &OnceLock::new())
+}
+
+/// Does the same with the height of the lowest point, which is found if it is not known.
+pub fn stand_at(
+    scene: Scene,
+    path: &Path,
+    config: RenderConfig,
+    known: &OnceLock<f64>,
 ) -> Result<(Scene, RenderConfig), CliError> {
     let refused = |why: &str| Err(CliError::Usage(format!("--ground {why}")));
     if !matches!(config.integrator, Integrator::Path | Integrator::Ao) {
@@ -55,10 +66,12 @@ pub fn stand(
     };
     let only_meshes = (scene.shapes.rows.iter().zip(&counts))
         .all(|(shape, count)| *count == 0 || matches!(shape, Shape::Mesh(_)));
-    let lowest = match only_meshes {
-        true => bounds.min.y,
-        false => lowest_point(&scene, &bounds)?,
+    let lowest = match (known.get(), only_meshes) {
+        (Some(height), _) => *height,
+        (None, true) => bounds.min.y,
+        (None, false) => lowest_point(&scene, &bounds)?,
     };
+    let lowest = *known.get_or_init(|| lowest);
     let row = pick_camera(&scene.cameras, config.camera.as_deref())?;
     let lighting = Lighting::Studio;
     let (completed, camera) =

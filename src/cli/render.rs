@@ -170,11 +170,28 @@ pub fn composed(
     scene: Scene,
     config: RenderConfig,
 ) -> Result<(Scene, RenderConfig), CliError> {
+    let (scene, config) = arranged(args, scene, config, (0.0, 1.0))?;
+    let path = named(args.scene.as_deref());
+    let scene = exposed(scene, &config, args.light.ground, path)?;
+    match args.light.ground {
+        true => ground::stand(scene, path, config),
+        false => Ok((scene, config)),
+    }
+}
+
+/// Completes a scene and the configuration as [`composed`] does, of a frame at a time with the time to
+/// the next, without a ground and at the scene's beginning.
+pub fn arranged(
+    args: &RenderArgs,
+    scene: Scene,
+    config: RenderConfig,
+    frame: (f64, f64),
+) -> Result<(Scene, RenderConfig), CliError> {
     let path = named(args.scene.as_deref());
     let (scene, config) = viewed(scene, config, &args.common.view, path)?;
     let row = pick_camera(&scene.cameras, config.camera.as_deref())?;
     let how = (config.grid, args.light.integrator.0);
-    let shutter = args.shutter.exposure(&scene, row, how, (0.0, 1.0))?;
+    let shutter = args.shutter.exposure(&scene, row, how, frame)?;
     let config = RenderConfig {
         shutter,
         ..of_camera(config, &scene, args.common.size)?
@@ -182,11 +199,7 @@ pub fn composed(
     let config = tile::windowed(args.outputs.tile, config)?;
     let config = args.light.complete(config, &scene)?;
     let config = args.outputs.complete(config)?;
-    let scene = exposed(scene, &config, args.light.ground, path)?;
-    match args.light.ground {
-        true => ground::stand(scene, path, config),
-        false => Ok((scene, config)),
-    }
+    Ok((scene, config))
 }
 
 /// Returns the scene in the middle of its exposure, if it has one. Refuses a ground under what

@@ -9,7 +9,7 @@ use std::net::SocketAddr;
 pub const OWN_OPTIONS: [(&str, bool); 2] = [("--listen", true), ("--open", false)];
 
 /// Options of `render` that are not for a page, by the names of their fields.
-pub const HIDDEN: [&str; 17] = [
+pub const HIDDEN: [&str; 15] = [
     "output",
     "accuracy",
     "samples",
@@ -24,8 +24,6 @@ pub const HIDDEN: [&str; 17] = [
     "metadata",
     "stats",
     "json",
-    "ground",
-    "shutter_slices",
     "progress",
 ];
 

@@ -29,7 +29,7 @@ let socket = null, began = null, options = {}, home = {}, pose = null, seen = nu
 let asked = 0;          // id of the last look that was sent
 let waits = false;      // whether nothing of it has come yet
 let wanted = false;     // whether another look has to be sent
-let final = null;       // the last picture that is complete: {id, bytes, width, height}
+let final = null;       // the last picture that is complete: {id, revision, bytes, width, height}
 let fixedSize = false;
 let queue = Promise.resolve();
 
@@ -139,6 +139,10 @@ function onScene(scene) {
   fill($("camera"), scene.cameras.length ? names : [["", "framed"]]);
   choose($("camera"), options.camera || "");
   $("time").hidden = !scene.frames;
+  $("blur").hidden = !scene.blurs;
+  const open = [...new Set([...scene.shutters, "0..0.5", "0..1"])];
+  fill($("shutter"), [["", "closed"], ...open.map(range => [range, `open ${range.replace("..", " to ")}`])]);
+  choose($("shutter"), options.shutter === "0" ? "" : options.shutter || "");
   $("frame").max = scene.frames;
   const file = scene.name.split(/[\\/]/).pop();
   $("name").textContent = file;
@@ -198,7 +202,7 @@ async function onPicture(header, body) {
   context.imageSmoothingEnabled = image.width < canvas.width;
   context.drawImage(image, 0, 0, canvas.width, canvas.height);
   image.close();
-  if (header.is_final) final = {id: header.id, bytes, width: header.width, height: header.height};
+  if (header.is_final) final = {id: header.id, revision: seen.revision, bytes, width: header.width, height: header.height};
   tell(header);
   began_to_come(header.id);
 }
@@ -422,7 +426,7 @@ for (const [row, side] of SIDES.entries()) {
   button.onclick = () => place({view: side});
 }
 for (const button of document.querySelectorAll("[data-do]")) button.onclick = ACTIONS[button.dataset.do];
-for (const name of ["integrator", "precision", "spp", "background", "tone"]) {
+for (const name of ["integrator", "precision", "spp", "background", "tone", "shutter"]) {
   $(name).onchange = () => set(name, $(name).value);
 }
 $("camera").onchange = () => place($("camera").value === "" ? {} : {camera: $("camera").value});
@@ -443,7 +447,10 @@ new ResizeObserver(() => { if (began && !fixedSize) look(); }).observe($("stage"
 
 // What scripts read: the state, and the last complete picture.
 window.lanecast = {
-  get state() { return {asked, waits, wanted, options: {...options}, seen, final: final && final.id === asked}; },
+  get state() {
+    const isFinal = final && final.id === asked && final.revision === seen.revision;
+    return {asked, waits, wanted, options: {...options}, seen, final: isFinal};
+  },
   get bytes() { return final && final.bytes; },
   probed: null,
 };

@@ -299,14 +299,18 @@ fn the_last_picture_has_the_bytes_of_render() {
     }
 }
 
-#[test]
-fn a_frame_has_the_bytes_of_the_sequence() {
+/// The ball on a way of two seconds.
+fn moving() -> String {
     let moving = BALL.replace(
         "material = 'red'\n",
         "material = 'red'\nmotion = [{ at = 1.0, transform = [{ translate = [1, 0.5, 0] }] }]\n",
     );
-    let moving = moving.replace("format = 1", "format = 1\nseconds = 2");
-    let folder = with_scene(&moving);
+    moving.replace("format = 1", "format = 1\nseconds = 2")
+}
+
+#[test]
+fn a_frame_has_the_bytes_of_the_sequence() {
+    let folder = with_scene(&moving());
     let server = Server::of(folder.path(), &["a.toml", "--size", "64x48"]);
     let mut page = server.page();
     assert_eq!(page.hear().0["frames"], 48);
@@ -319,6 +323,66 @@ fn a_frame_has_the_bytes_of_the_sequence() {
         let made = rendered_as(folder.path(), &command, "made_0036.png");
         assert!(picture == made, "{command}");
         assert!(picture != still);
+    }
+}
+
+#[test]
+fn a_shutter_is_open_where_it_is_asked_for() {
+    let folder = with_scene(&moving());
+    let line = ["a.toml", "--size", "64x48", "--shutter-slices", "16"];
+    let server = Server::of(folder.path(), &line);
+    let mut page = server.page();
+    let (_, still, _) = page.picture(&json!({"size": "64x48"}));
+    for more in [
+        json!({"shutter": "0..0.5", "spp": "16"}),
+        json!({"shutter": "0..0.5", "shutter-slices": "16"}),
+        json!({"shutter": "0..0.5", "integrator": "path", "spp": "16"}),
+        json!({"shutter": "0..0.5", "frames": "36..37", "integrator": "path", "spp": "8"}),
+    ] {
+        let mut options = more.clone();
+        options["size"] = "64x48".into();
+        let (command, picture, _) = page.picture(&options);
+        assert!(command.contains("--shutter=0..0.5"), "{command}");
+        let name = match more.get("frames") {
+            Some(_) => "made_0036.png",
+            None => "made.png",
+        };
+        assert!(
+            picture == rendered_as(folder.path(), &command, name),
+            "{command}"
+        );
+        assert!(picture != still, "{command}");
+    }
+    // What shows no light is not blurred, and is not refused either.
+    let sharp = json!({"size": "64x48", "shutter": "0..0.5", "integrator": "normals"});
+    let (command, picture, _) = page.picture(&sharp);
+    assert!(!command.contains("shutter"), "{command}");
+    assert!(picture == rendered(folder.path(), &command), "{command}");
+}
+
+#[test]
+fn things_stand_on_a_ground() {
+    let folder = with_scene(BALL);
+    let line = ["a.toml", "--size", "64x48", "--ground", "--spp", "8"];
+    let server = Server::of(folder.path(), &line);
+    let mut page = server.page();
+    let options = json!({"size": "64x48", "spp": "8"});
+    for view in ["front", "iso", "top"] {
+        let mut options = options.clone();
+        options["view"] = view.into();
+        let (command, picture, _) = page.picture(&options);
+        assert!(command.contains("--ground"), "{command}");
+        assert!(picture == rendered(folder.path(), &command), "{command}");
+        let bare = command.replace(" --ground", " --integrator path");
+        assert!(picture != rendered(folder.path(), &bare), "{command}");
+    }
+    // Where it would not show, it is left out.
+    for more in [("integrator", "normals"), ("background", "transparent")] {
+        let mut options = options.clone();
+        options[more.0] = more.1.into();
+        let (command, picture, _) = page.picture(&options);
+        assert!(!command.contains("--ground"), "{command}");
+        assert!(picture == rendered(folder.path(), &command), "{command}");
     }
 }
 
@@ -491,7 +555,7 @@ fn a_wrong_start_ends_with_one_message() {
     fails(&["none.toml"], 3, "none.toml");
     fails(&["-o", "x.png"], 2, "-o is not for view");
     fails(&["--frames", "3"], 2, "--frames is not for view");
-    fails(&["--ground"], 2, "--ground is not for view");
+    fails(&["--aov", "depth"], 2, "--aov is not for view");
     fails(&["--listen", "here"], 2, "--listen");
     fails(&["--listen", "192.0.2.1:0"], 2, "address of this machine");
 }

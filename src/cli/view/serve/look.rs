@@ -2,13 +2,12 @@
 //! line makes the same picture.
 
 use super::model::Model;
-use crate::args::STDIN;
-use crate::args::{OWN_OPTIONS, PageArgs, RenderArgs};
+use crate::args::{OWN_OPTIONS, PageArgs, RenderArgs, STDIN};
 use crate::error::CliError;
 use crate::output::quoted;
 use crate::pipeline::{lit, named};
-use crate::render::{check_alpha, composed};
-use crate::{memory, metadata, render_args};
+use crate::render::{arranged, check_alpha, exposed};
+use crate::{ground, memory, metadata, render_args};
 use glam::DVec3;
 use lanecast_io::{Development, LoadError};
 use lanecast_model::scene::{Camera, Instances, Scene, Timeline};
@@ -18,7 +17,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Options of `render` that pages set; all others are as `view` was started.
-const SETTABLE: [&str; 17] = [
+const SETTABLE: [&str; 19] = [
     "size",
     "frames",
     "camera",
@@ -36,7 +35,15 @@ const SETTABLE: [&str; 17] = [
     "exposure",
     "tone",
     "background",
+    "shutter",
+    "shutter-slices",
 ];
+
+/// Integrators that show light: they take samples, and a shutter blurs them.
+const LIT: [&str; 4] = ["auto", "direct", "path", "ao"];
+
+/// Integrators that show a ground.
+const GROUNDED: [&str; 3] = ["auto", "path", "ao"];
 
 /// The one of them that takes no value.
 const FLAG: &str = "fit";
@@ -49,7 +56,6 @@ pub struct Base {
     /// Those that they do, by name.
     pub options: BTreeMap<String, String>,
     pub threads: Option<u32>,
-    is_shut: bool,
 }
 
 /// What a page asks to see.
@@ -67,8 +73,14 @@ pub struct Shot {
     pub camera: Camera,
     /// With the lights that the picture needs, at its time.
     pub scene: Scene,
-    /// Of the scene at its time, if that is not its beginning.
+    /// Of the picture's scene, if that is not the file's at its beginning.
     pub placed: Option<Instances>,
+    /// Whether the scene is seen at its beginning, and at no other time.
+    pub is_still: bool,
+    /// The camera's row in the scene, unless it was made.
+    pub row: Option<usize>,
+    /// Number of slices of the shutter that is asked for.
+    pub slices: Option<u32>,
     pub command: String,
 }
 
@@ -142,16 +154,6 @@ impl Base {
                 "render writes them",
             ),
             ("--json", render.common.json.is_some(), "render writes it"),
-            (
-                "--ground",
-                render.light.ground,
-                "the ground is made for one camera",
-            ),
-            (
-                "--shutter",
-                render.shutter.is_open(),
-                "a page shows things at one time",
-            ),
         ];
         if let Some((name, _, why)) = refused.iter().find(|(_, is, _)| *is) {
             return Err(CliError::Usage(format!(
@@ -168,7 +170,6 @@ impl Base {
             tokens: Vec::new(),
             options: BTreeMap::new(),
             threads: render.common.threads,
-            is_shut: render.shutter.shutter.is_some(),
         };
         let mut tokens = tokens.into_iter();
         while let Some(token) = tokens.next() {
@@ -201,12 +202,34 @@ impl Base {
 
     /// Returns the arguments of `render` for a look of options that pages may set.
     fn arguments(&self, model: &Model, look: &Look) -> Result<Vec<String>, CliError> {
+        let option = |name: &str| look.options.get(name).map(String::as_str);
+        let integrator = option("integrator").unwrap_or("auto");
+        // A shutter is open only where it is asked for, and where it shows; so is a ground there.
+        let asked = option("shutter").is_some_and(|range| range != "0");
+        let is_open = asked && model.about.blurs && LIT.contains(&integrator);
+        let stands = GROUNDED.contains(&integrator)
+            && option("background") != Some("transparent")
+            && option("frames").is_none()
+            && !is_open;
         let mut arguments = vec!["render".to_owned()];
-        arguments.extend(self.tokens.iter().cloned());
-        if model.about.has_shutter && !self.is_shut {
+        let tokens = self.tokens.iter();
+        arguments.extend(
+            tokens
+                .filter(|token| stands || *token != "--ground")
+                .cloned(),
+        );
+        if model.about.has_shutter && !is_open {
             arguments.extend(["--shutter".into(), "0".into()]);
         }
         for (name, value) in &look.options {
+            let is_left_out = match &**name {
+                "shutter" | "shutter-slices" => !is_open,
+                "spp" => !LIT.contains(&integrator),
+                _ => false,
+            };
+            if is_left_out {
+                continue;
+            }
             if !SETTABLE.contains(&&**name) {
                 return Err(CliError::Usage(format!("a page cannot set --{name}")));
             }
@@ -279,32 +302,60 @@ impl Shot {
         let development = args.development.checked(path)?;
         memory::check(&config, development.bits, path)?;
         check_alpha(config.backdrop == Backdrop::Transparent, path)?;
-        let (scene, config) = composed(&args, model.scene.clone(), config)?;
+        let timeline = args.sequence.timeline().map_err(CliError::Usage)?;
+        let seconds = model.scene.seconds.0;
+        let frame = timeline.as_ref().map_or((0.0, 1.0), |timeline| {
+            (
+                timeline.time(timeline.first.into(), seconds),
+                timeline.step(seconds),
+            )
+        });
+        let (scene, config) = arranged(&args, model.scene.clone(), config, frame)?;
+        let file = named(base.scene.as_deref());
+        let (scene, config) = match timeline {
+            Some(_) => (scene, config),
+            None => {
+                let scene = exposed(scene, &config, args.light.ground, file)?;
+                match args.light.ground {
+                    true => ground::stand_at(scene, file, config, &model.lowest)?,
+                    false => (scene, config),
+                }
+            }
+        };
+        let is_other = config.ground.is_some() || (timeline.is_none() && config.shutter.is_some());
+        let placed = match is_other {
+            true => {
+                Some(Instances::of(&scene).map_err(|source| LoadError::of_scene(file, source))?)
+            }
+            false => None,
+        };
         let (development, config) = args.development.complete(development, path, config);
-        let (scene, camera, row) = lit(scene, &config, &model.instances)?;
+        let instances = placed.as_ref().unwrap_or(&model.instances);
+        let (scene, camera, row) = lit(scene, &config, instances)?;
         let shot = Shot {
+            is_still: timeline.is_none() && config.shutter.is_none(),
             config,
             development,
             camera,
             scene,
-            placed: None,
+            placed,
+            row,
+            slices: args.shutter.shutter_slices,
             command,
         };
-        match args.sequence.timeline().map_err(CliError::Usage)? {
-            Some(timeline) => shot.at_frame(&timeline, row, named(base.scene.as_deref())),
+        match timeline {
+            Some(timeline) => shot.at_frame(&timeline, frame.0, file),
             None => Ok(shot),
         }
     }
 
-    /// Goes to the first frame of a timeline. `row` is that of the camera, unless it was made.
-    fn at_frame(
-        self,
-        timeline: &Timeline,
-        row: Option<usize>,
-        path: &Path,
-    ) -> Result<Shot, CliError> {
+    /// Goes to the first frame of a timeline, which is at `time`.
+    fn at_frame(self, timeline: &Timeline, time: f64, path: &Path) -> Result<Shot, CliError> {
         let of_scene = |source| LoadError::of_scene(path, source);
-        let time = timeline.time(timeline.first.into(), self.scene.seconds.0);
+        let time = self
+            .config
+            .shutter
+            .map_or(time, |exposure| exposure.middle());
         let scene = self.scene.at(time).map_err(of_scene)?;
         let instances = Instances::of(&scene).map_err(of_scene)?;
         Ok(Shot {
@@ -312,7 +363,7 @@ impl Shot {
                 frame: timeline.first,
                 ..self.config
             },
-            camera: row.map_or(self.camera, |row| scene.cameras.rows[row]),
+            camera: self.row.map_or(self.camera, |row| scene.cameras.rows[row]),
             scene,
             placed: Some(instances),
             ..self

@@ -71,6 +71,11 @@ pub fn run(args: &PageArgs) -> Result<(), CliError> {
     if let Some(warning) = &model.about.warning {
         complain(&format!("warning: {}: {warning}", model.about.name));
     }
+    if args.render.shutter.is_open() && !model.about.blurs {
+        complain(
+            "warning: nothing moves in this scene that a page blurs, so --shutter changes nothing",
+        );
+    }
     let listener = TcpListener::bind(args.listen)
         .and_then(|listener| Ok((listener.local_addr()?, listener)))
         .map_err(|e| {

@@ -30,6 +30,8 @@ pub struct Model {
     pub about: About,
     /// The middle of the scene and its diagonal; the origin and 1 of one without bounds.
     pub extent: (DVec3, f64),
+    /// The height of its lowest point, once a ground was asked for.
+    pub lowest: OnceLock<f64>,
     plans: Mutex<Vec<(Choices, Plan)>>,
     worlds: Mutex<Vec<(Structure, Arc<World>)>>,
     solids: OnceLock<Result<Solids, String>>,
@@ -48,6 +50,10 @@ pub struct About {
     pub warning: Option<String>,
     /// Whether some camera blurs what moves.
     pub has_shutter: bool,
+    /// Whether `--shutter` blurs what moves: not an animation of a glTF file, which is read at frames.
+    pub blurs: bool,
+    /// When the shutters of cameras open and close, as `--shutter` says it.
+    pub shutters: Vec<String>,
     /// Frames of the scene's motion, 24 a second; 0 if nothing moves.
     pub frames: u32,
     /// Seconds that loading and the first trees took.
@@ -128,6 +134,11 @@ impl Model {
                 warning,
                 frames: frames(&scene),
                 has_shutter: scene.moves() && !cameras.shutters.is_empty(),
+                blurs: scene.moves() && args.common.animation.is_none(),
+                shutters: rows
+                    .filter_map(|row| cameras.shutter(row as usize))
+                    .map(|shutter| format!("{}..{}", shutter.open, shutter.close))
+                    .collect(),
                 seconds: 0.0,
             },
             extent: extent
@@ -135,6 +146,7 @@ impl Model {
                 .unwrap_or((DVec3::ZERO, 1.0)),
             scene,
             instances,
+            lowest: OnceLock::new(),
             plans: Mutex::default(),
             worlds: Mutex::default(),
             solids: OnceLock::new(),
@@ -165,6 +177,15 @@ impl Model {
     /// Returns the trees and kernels of a shot.
     pub fn shown(&self, shot: &Shot, pool: &ThreadPool) -> Result<(Arc<World>, Kernels), CliError> {
         let (world, kernels) = self.traced(&shot.config, pool)?;
+        // A ground is one more thing, of a kind that the scene may lack.
+        let kernels = match (&shot.placed, shot.config.ground) {
+            (Some(instances), Some(_)) => {
+                plan(&shot.scene, instances, &shot.config.choices)
+                    .map_err(|e: PlanError| CliError::Usage(e.to_string()))?
+                    .kernels
+            }
+            _ => kernels,
+        };
         Ok(match &shot.placed {
             Some(instances) => {
                 let world = pool.install(|| world.at_time(&shot.scene, instances));

@@ -6,12 +6,13 @@ use super::look::Shot;
 use super::model::Model;
 use super::outbox::Outbox;
 use crate::error::CliError;
+use crate::shutter;
 use lanecast_io::{Development, Picture, png_bytes};
 use lanecast_light::sampler::Kind as SamplerKind;
 use lanecast_model::scene::Camera;
 use lanecast_picture::render::{
-    Backdrop, FinishedTile, Integrator, Merge, Progress, RenderConfig, View, legend, parts_of,
-    render_samples, render_showing,
+    Backdrop, FinishedTile, Integrator, Merge, Progress, RenderConfig, Slices, View, legend,
+    parts_of, render_blurred, render_samples, render_showing,
 };
 use rayon::ThreadPool;
 use serde::Serialize;
@@ -140,9 +141,11 @@ impl Job<'_> {
             // A pass that is a fourth as fine costs a sixteenth of the next.
             divisor = pace.divisor(config).min(divisor / 4);
         }
+        let path = Path::new("the scene");
+        let slices = shutter::slices(&self.view, self.shot.row, config, self.shot.slices, path)?;
         let finished = match is_parted(config) {
-            true => self.parted()?,
-            false => self.whole(config)?,
+            true => self.parted(slices.as_ref())?,
+            false => self.whole(config, slices.as_ref())?,
         };
         let done = (finished.samples, finished.rays);
         let to = (self.id, self.out, self.progress, self.start);
@@ -172,10 +175,13 @@ impl Job<'_> {
     }
 
     /// Renders a picture at once, and sends its tiles as they are finished.
-    fn whole(&self, config: &RenderConfig) -> Result<Finished, CliError> {
+    fn whole(&self, config: &RenderConfig, slices: Option<&Slices>) -> Result<Finished, CliError> {
         let development: &Development = &self.shot.development;
         let on_tile = |tile: FinishedTile| self.out.tile(self.id, &tile, development);
-        let rendered = render_showing(&self.view, config, self.progress, &on_tile)?;
+        let rendered = match slices {
+            Some(slices) => render_blurred(&self.view, slices, config, self.progress, &on_tile)?,
+            None => render_showing(&self.view, config, self.progress, &on_tile)?,
+        };
         let samples = rendered
             .reached
             .map_or(config.samples(), |r| r.mean_samples as u32);
@@ -194,15 +200,15 @@ impl Job<'_> {
     }
 
     /// Renders a picture by twice as many samples at a time, whose sums have the bits of the whole.
-    fn parted(&self) -> Result<Finished, CliError> {
+    fn parted(&self, slices: Option<&Slices>) -> Result<Finished, CliError> {
         let config = &self.shot.config;
-        self.whole(&single(config))?;
+        self.whole(&single(config), slices)?;
         let (mut merge, mut rays) = (Merge::default(), 0);
         let size = (config.width, config.height);
         let has_alpha = config.backdrop == Backdrop::Transparent;
         for part in doubling(config.samples()) {
             let (len, end) = (part.len() as u32, part.end);
-            let view = (&self.view, None);
+            let view = (&self.view, slices);
             let (sums, counts) = render_samples(view, config, part, self.progress)?;
             merge.add_sums(len, sums);
             rays += counts.total();

@@ -42,8 +42,10 @@ pub fn probe(shared: &Shared, click: &Click) -> String {
     match Shot::of(&shared.base, &model, &click.look) {
         Err(error) => probed.error = Some(error.to_string()),
         Ok(shot) => {
-            if shot.placed.is_some() {
-                probed.error = Some("probe tells of the scene's beginning; go to frame 0".into());
+            if !shot.is_still {
+                let error =
+                    "probe tells of the scene's beginning; go to frame 0 and close the shutter";
+                probed.error = Some(error.into());
                 return json(&probed);
             }
             let config = &shot.config;

@@ -21,7 +21,7 @@ const FILES: [&str; 6] = [
 
 /// A size at which every primitive can be tested, and one of many tiles.
 const SMALL: (u32, u32) = (40, 30);
-const LARGE: (u32, u32) = (200, 150);
+const LARGE: (u32, u32) = (136, 102);
 
 /// The linear scan of more would take minutes.
 const FEW: u64 = 20_000;

@@ -54,19 +54,26 @@ async function read(scene) {
   await page.waitForFunction(() => [...document.querySelectorAll(".pair img")].every(image => image.naturalWidth));
   await page.screenshot({path: join(folder, `${name}.png`), fullPage: true});
 
+  const cut = await page.evaluate(() => [...document.querySelectorAll(".figure")]
+    .filter(figure => figure.scrollWidth > figure.clientWidth).length);
+  check(cut === 0, `${name}: ${cut} figures are wider than the page`);
+  const named = await page.locator("svg text.name").count();
+  const front = await page.locator("tr.front").count();
+  check(named > 0 && named <= front, `${name}: ${named} of ${front} ways on the front are named in the plot`);
+
   // The sliders, by the keyboard, as they are reached without a mouse.
   const pair = page.locator(".pair");
   const shown = async () => (await pair.screenshot()).toString("base64");
   const before = await shown();
   await page.locator(".cut").fill("10");
-  const cut = await shown();
-  check(cut !== before, `${name}: the border moves`);
+  const moved = await shown();
+  check(moved !== before, `${name}: the border moves`);
   const box = await page.locator(".cut").boundingBox();
   await page.mouse.move(box.x + 0.1 * box.width, box.y + box.height / 2);
   await page.mouse.down();
   await page.mouse.move(box.x + 0.9 * box.width, box.y + box.height / 2, {steps: 5});
   await page.mouse.up();
-  check(await shown() !== cut, `${name}: the border is dragged`);
+  check(await shown() !== moved, `${name}: the border is dragged`);
   await page.locator(".cut").fill("50");
   check(await shown() === before, `${name}: the border moves back`);
   await page.locator(".gain").fill("3");

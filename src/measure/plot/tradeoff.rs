@@ -22,7 +22,7 @@ select, button { font: inherit; color: inherit; background: var(--page); border:
   border-radius: 4px; padding: 1px 8px; max-width: 46%; }
 tr[data-way] { cursor: pointer; } tr.front code::after { content: '  \\2605'; }
 button.copy { font-size: 11px; min-width: 54px; cursor: pointer; }
-td.number { text-align: right; } td, th { white-space: nowrap; } .figure { overflow-x: auto; }
+td.number { text-align: right; } td { white-space: nowrap; } .figure { overflow-x: auto; }
 .figure > svg { min-width: 640px; }
 ";
 

@@ -155,6 +155,8 @@ async function walk() {
     ["depth", () => page.selectOption("#integrator", "depth")],
     ["colours without light", () => page.selectOption("#integrator", "albedo")],
     ["paths", async () => { await page.selectOption("#integrator", "path"); await page.selectOption("#spp", "16"); }],
+    ["normals, whatever the samples", () => page.selectOption("#integrator", "normals")],
+    ["paths again", () => page.selectOption("#integrator", "path")],
     ["fast", () => page.selectOption("#precision", "fast")],
     ["fitted", () => page.keyboard.press("f")],
     ["brighter", () => page.keyboard.press("]")],

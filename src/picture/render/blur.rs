@@ -288,12 +288,8 @@ impl PathTile<'_> {
                 let tracer = tile.tracer();
                 for batch in groups.of(number).chunks(BATCH) {
                     let statistics = &mut Statistics {
-                        counts: RayCounts::default(),
-                        record: None,
                         sample: samples.start,
-                        pixel_of: &|row| row,
-                        memory: None,
-                        covered: None,
+                        ..Statistics::of_counts()
                     };
                     for (number, of) in numbers.iter_mut().zip(batch) {
                         *number = samples.start + of.sample();

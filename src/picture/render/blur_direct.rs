@@ -55,12 +55,9 @@ impl DirectTile<'_> {
                     film.fill([0.0; 3]);
                     covered.fill(1.0);
                     let statistics = &mut Statistics {
-                        counts: RayCounts::default(),
-                        record: None,
                         sample: samples.start,
-                        pixel_of: &|row| row,
-                        memory: None,
                         covered: Some(covered),
+                        ..Statistics::of_counts()
                     };
                     self.queue_batch(slice, batch, samples.start, scratch);
                     if slice.generator.has_blind_spots() {

@@ -8,8 +8,8 @@ use super::picture::{View, Worker};
 use super::pixel_order::{Spot, morton_order};
 use super::progress::Progress;
 use crate::scene::Rgb;
+use crate::shade::Statistics;
 use crate::shade::path::{PathScratch, PathVertex, SampleNumbers, Seen};
-use crate::shade::{RayCounts, Statistics};
 use crate::trace::{ScratchPool, ShadowCache};
 
 /// The paths of a picture.
@@ -109,12 +109,8 @@ impl<'a> PathProbe<'a> {
             }
             let cache = &mut ShadowCache::new(self.config.shadow_cache);
             let statistics = &mut Statistics {
-                counts: RayCounts::default(),
-                record: None,
                 sample,
-                pixel_of: &|row| row,
-                memory: None,
-                covered: None,
+                ..Statistics::of_counts()
             };
             tile.queue_rays(sample, &mut scratch);
             let tracer = tile.tracer();

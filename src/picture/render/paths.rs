@@ -256,12 +256,8 @@ impl PathTile<'_> {
         }
         for sample in samples {
             let statistics = &mut Statistics {
-                counts: RayCounts::default(),
-                record: None,
                 sample,
-                pixel_of: &|row| row,
-                memory: None,
-                covered: None,
+                ..Statistics::of_counts()
             };
             slots.fill(NOTHING_YET);
             scratch.clear_outputs();

@@ -179,12 +179,8 @@ impl Tile<'_> {
         color.fill(inspector.nothing());
         let readings = arena.alloc_slice_fill_copy(color.len(), NOTHING);
         let mut statistics = Statistics {
-            counts: RayCounts::default(),
-            record: None,
-            sample: 0,
-            pixel_of: &|row| row,
-            memory: None,
             covered: Some(alpha),
+            ..Statistics::of_counts()
         };
         let mut first_hit = |row: u32, surface: &Surface, id: HitId| {
             let (place, row) = (self.place(row), row as usize);

@@ -184,7 +184,7 @@ pub fn run(
             tile::told(args.outputs.metadata, &of_asked),
             (&of_asked, &view.camera, scene_path),
             (
-                &rendered.picture,
+                metadata::SquaredErrors::of(&rendered.picture),
                 rendered.reached.map(|reached| reached.mean_samples),
             ),
             &of_frame,

@@ -12,6 +12,7 @@
 
 mod accuracy;
 mod args;
+mod bands;
 mod batch;
 mod bench;
 mod compare;

@@ -52,7 +52,7 @@ fn compare(config: &RenderConfig, bits: Bits, path: &Path, free: u64) -> Result<
 
 /// Returns the bytes of a picture, and of its largest file while it is written: OpenEXR
 /// takes a copy of its channels and the encoded file, PNG the samples of a pixel twice.
-fn needed(config: &RenderConfig, bits: Bits, path: &Path) -> u64 {
+pub fn needed(config: &RenderConfig, bits: Bits, path: &Path) -> u64 {
     let window = config.window();
     let columns = |aovs| picture_bytes(window.width, window.height, aovs, config.matte_ranks);
     let (mut all, mut color) = (columns(config.aovs), columns(AovSet::default()));

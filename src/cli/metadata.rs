@@ -26,7 +26,7 @@ pub fn check(args: &RenderArgs, path: &Path, aovs: AovSet) -> Result<(), CliErro
 pub fn of(
     told: Told,
     (config, camera, scene): (&RenderConfig, &Camera, Option<&Path>),
-    (picture, mean_samples): (&Picture, Option<f64>),
+    (errors, mean_samples): (Option<SquaredErrors>, Option<f64>),
     stats: &Stats,
 ) -> Metadata {
     let told = match told {
@@ -71,7 +71,7 @@ pub fn of(
     if let Some(mean) = mean_samples {
         all.push(("meanSamplesPerPixel", Attribute::Float(mean as f32)));
     }
-    if let Some([mse, noise]) = errors(picture) {
+    if let Some([mse, noise]) = errors.map(SquaredErrors::told) {
         all.push(("MSE", Attribute::Float(mse)));
         all.push(("noise", Attribute::Float(noise)));
     }
@@ -86,12 +86,36 @@ pub fn of(
         .collect()
 }
 
-/// Returns the mean squared error that a picture's variance tells, and its root.
-fn errors(picture: &Picture) -> Option<[f32; 2]> {
-    let variance = picture.variance.as_ref()?;
-    let sum: f64 = variance.iter().flatten().map(|v| f64::from(*v)).sum();
-    let mse = sum / (3 * variance.len()).max(1) as f64;
-    Some([mse as f32, mse.sqrt() as f32])
+/// The squared errors of pixels as their variance tells them, in channels of colour.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SquaredErrors {
+    sum: f64,
+    count: usize,
+}
+
+impl SquaredErrors {
+    /// Sums up those of a picture, if it has its variance.
+    pub fn of(picture: &Picture) -> Option<SquaredErrors> {
+        let mut errors = SquaredErrors::default();
+        picture.variance.as_ref()?;
+        errors.add(picture);
+        Some(errors)
+    }
+
+    /// Adds those of pixels that follow in the picture.
+    pub fn add(&mut self, picture: &Picture) {
+        let variance = picture.variance.iter().flatten().flatten();
+        for v in variance {
+            self.sum += f64::from(*v);
+            self.count += 1;
+        }
+    }
+
+    /// Returns their mean, and its root.
+    pub fn told(self) -> [f32; 2] {
+        let mse = self.sum / self.count.max(1) as f64;
+        [mse as f32, mse.sqrt() as f32]
+    }
 }
 
 /// Returns the number of rays that is told of a picture.
@@ -105,7 +129,7 @@ pub fn rays(metadata: &Metadata) -> f64 {
 
 /// Completes what the first tile of a picture tells of it by what all tiles do.
 pub fn complete(picture: &mut Picture, rays: f64) {
-    let errors = errors(picture);
+    let errors = SquaredErrors::of(picture).map(SquaredErrors::told);
     for (name, value) in &mut picture.metadata {
         match (&name[..], errors) {
             ("rays", _) => *value = Attribute::Double(rays),

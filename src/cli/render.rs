@@ -2,6 +2,7 @@
 
 use super::args::RenderArgs;
 use super::args::STDIN;
+use super::bands::{self, Banded};
 use super::denoise::{self, Denoiser};
 use super::error::CliError;
 use super::output::{Results, check_destinations, complain, printable_line};
@@ -9,7 +10,7 @@ use super::pipeline::{complete, load, named, of_camera, warn_of_losses};
 use super::progress::rate;
 use super::scene::{pick_camera, viewed};
 use super::tev::Display;
-use super::{frames, ground, interrupt, memory, metadata, motion, part, shutter, tile};
+use super::{frames, ground, interrupt, metadata, motion, part, shutter, tile};
 use lanecast_io::{AovSet, LoadError, picture_files};
 use lanecast_measure::{PictureSize, Stats, Watch};
 use lanecast_model::scene::Scene;
@@ -37,7 +38,8 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     }
     tile::check(args, &picture_path)?;
     let config = tile::foreseen(args, config)?;
-    memory::check(&config, development.bits, &picture_path)?;
+    let is_looked_at = args.outputs.denoise || args.outputs.display.is_some();
+    bands::fitting(&config, development.bits, &picture_path, is_looked_at)?;
     metadata::check(args, &picture_path, config.aovs)?;
     check_alpha(config.backdrop == Backdrop::Transparent, &picture_path)?;
     if let Some(timeline) = args.sequence.timeline().map_err(CliError::Usage)? {
@@ -66,7 +68,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
         Some(denoiser) => denoiser.rendered(config)?,
         None => config,
     };
-    memory::check(&config, development.bits, &picture_path)?;
+    let rows = bands::fitting(&config, development.bits, &picture_path, is_looked_at)?;
     let (development, config) = (args.development).complete(development, &picture_path, config);
     let prepared = complete(scene, named(path), &config, &mut watch, &mut stats)?;
     let shown = display.map(|display| {
@@ -79,14 +81,32 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
             shown.tile(&tile);
         }
     };
-    let render = |view: &View| -> Result<(Rendered, Option<u128>), CliError> {
+    let as_asked = |config: &RenderConfig| RenderConfig {
+        aovs: asked,
+        ..config.clone()
+    };
+    let render = |view: &View| -> Result<(Rendered, Option<Banded>, Option<u128>), CliError> {
         let row = prepared.camera_row;
         let asked = args.shutter.shutter_slices;
-        let rendered = match shutter::slices(view, row, &config, asked, named(path))? {
-            Some(slices) => render_blurred(view, &slices, &config, &progress, &on_tile)?,
-            None => render_showing(view, &config, &progress, &on_tile)?,
+        let slices = shutter::slices(view, row, &config, asked, named(path))?;
+        let moment = motion::Shown::of(&prepared, &config);
+        let of_window = |config: &RenderConfig| -> Result<Rendered, CliError> {
+            let mut rendered = match &slices {
+                Some(slices) => render_blurred(view, slices, config, &progress, &on_tile)?,
+                None => render_showing(view, config, &progress, &on_tile)?,
+            };
+            moment.add_vectors(&mut rendered.picture, &as_asked(config), named(path))?;
+            Ok(rendered)
         };
-        Ok((rendered, config.window.map(|_| window_key(view, &config))))
+        let (rendered, banded) = match rows {
+            Some(rows) => {
+                let banded = bands::render(&config, rows, &picture_path, &progress, of_window)?;
+                (banded.0, Some(banded.1))
+            }
+            None => (of_window(&config)?, None),
+        };
+        let key = config.window.map(|_| window_key(view, &config));
+        Ok((rendered, banded, key))
     };
     let rendered = prepared.traced(
         (&mut watch, &mut stats),
@@ -102,6 +122,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
             readings,
             ..
         },
+        banded,
         key,
     ) = rendered;
     if let Some(shown) = shown {
@@ -110,16 +131,15 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     stats.rays = counts;
     stats.picture.mean_spp = reached.map(|reached| reached.mean_samples);
     stats.stages.push(watch.stage("render"));
-    let config = RenderConfig {
-        aovs: asked,
-        ..config
+    let config = as_asked(&config);
+    let errors = match &banded {
+        Some(banded) => banded.errors(),
+        None => metadata::SquaredErrors::of(&picture),
     };
-    let shown = motion::Shown::of(&prepared, &config);
-    shown.add_vectors(&mut picture, &config, named(path))?;
     picture.metadata = metadata::of(
         tile::told(args.outputs.metadata, &config),
         (&config, &prepared.camera, path),
-        (&picture, reached.map(|reached| reached.mean_samples)),
+        (errors, reached.map(|reached| reached.mean_samples)),
         &stats,
     );
 
@@ -132,13 +152,16 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
         filtered.save_into(&path, &development, &mut results.outputs)?;
     }
     let outputs = &mut results.outputs;
-    tile::save(
-        picture,
-        &picture_path,
-        (&config, &development),
-        key,
-        outputs,
-    )?;
+    match banded {
+        Some(banded) => banded.save_into(picture, outputs)?,
+        None => tile::save(
+            picture,
+            &picture_path,
+            (&config, &development),
+            key,
+            outputs,
+        )?,
+    }
     stats.stages.push(watch.stage("write"));
     stats.finish();
     results.add(&args.common.stats, &stats)?;

@@ -61,6 +61,39 @@ fn text_of(text: &str) -> Text {
 /// Where the attributes begin: behind the magic number and the version.
 const FIRST: usize = 8;
 
+/// Returns where the header of a file of one part ends, and the offsets of its chunks begin; `None` if
+/// the file is not as expected.
+pub(super) fn end(bytes: &[u8]) -> Option<usize> {
+    let mut at = FIRST;
+    loop {
+        match attribute(bytes, at)? {
+            (_, next) if next == at + 1 => return Some(next),
+            (_, next) => at = next,
+        }
+    }
+}
+
+/// Lets a header tell that the picture has a size, begins at (0, 0) and has so many chunks. Returns false
+/// if it has no room for that.
+pub(super) fn set_size(header: &mut [u8], (width, height): (u32, u32), chunks: u32) -> bool {
+    let corners = [0, 0, width - 1, height - 1];
+    let window = corners.map(u32::to_le_bytes).concat();
+    let mut found = 0;
+    let mut at = FIRST;
+    while let Some((name, next)) = attribute(header, at) {
+        let value = match name {
+            b"dataWindow" | b"displayWindow" => &window[..],
+            b"chunkCount" => &chunks.to_le_bytes(),
+            b"" => break,
+            _ => &[],
+        };
+        header[next - value.len()..next].copy_from_slice(value);
+        found += usize::from(!value.is_empty());
+        at = next;
+    }
+    found == 3
+}
+
 /// Sorts the attributes of a file of one part by name, so that equal pictures have equal files: the
 /// crate `exr` writes them in the order of a hash map. Files that are not as expected stay as they
 /// are.

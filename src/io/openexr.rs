@@ -30,6 +30,9 @@ use exr::prelude::*;
 use std::io::Cursor;
 use std::path::Path;
 
+/// Rows of the picture that ZIP compresses together.
+pub(super) const CHUNK_ROWS: u32 = 16;
+
 /// The channels to write.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Content {

@@ -269,7 +269,8 @@ pub fn rendered(
         told => told,
     };
     let mean = rendered.reached.map(|reached| reached.mean_samples);
-    picture.metadata = metadata::of(told, (&config, &view.camera, path), (&picture, mean), stats);
+    let errors = metadata::SquaredErrors::of(&picture);
+    picture.metadata = metadata::of(told, (&config, &view.camera, path), (errors, mean), stats);
     if let Some(denoiser) = &denoiser {
         let (filtered, _) = denoiser.filter(&mut picture, &asked, config.threads)?;
         filtered.save_into(&denoise::beside(output), &development, &mut outputs)?;

@@ -45,15 +45,28 @@ impl Outputs {
     /// Fails if the folder does not exist, the target is a folder or read-only, or writing
     /// fails.
     pub fn add(&mut self, path: &Path, bytes: Vec<u8>) -> Result<(), SaveError> {
+        self.add_by(path, |file| file.write_all(&bytes))
+    }
+
+    /// Does as [`Outputs::add`] does with what `write` writes.
+    pub fn add_by(
+        &mut self,
+        path: &Path,
+        write: impl FnOnce(&mut dyn Write) -> Result<(), Error>,
+    ) -> Result<(), SaveError> {
+        let failed = |source| failed(path, source);
         match destination(path)? {
-            Destination::Device => self.direct.push((path.into(), bytes)),
+            Destination::Device => {
+                let mut bytes = Vec::new();
+                write(&mut bytes).map_err(failed)?;
+                self.direct.push((path.into(), bytes));
+            }
             Destination::File {
                 target,
                 permissions,
             } => self.files.push(Pending {
                 existed: permissions.is_some(),
-                temporary: Temporary::write(&target, &bytes, permissions)
-                    .map_err(|source| failed(path, source))?,
+                temporary: Temporary::write(&target, permissions, write).map_err(failed)?,
                 target,
             }),
         }
@@ -151,7 +164,7 @@ const FLUSHED_EACH: usize = 16;
 pub fn check_writable(path: &Path) -> Result<(), SaveError> {
     match destination(path)? {
         Destination::Device => Ok(()),
-        Destination::File { target, .. } => Temporary::write(&target, &[], None)
+        Destination::File { target, .. } => Temporary::write(&target, None, |_| Ok(()))
             .map(drop)
             .map_err(|source| failed(path, source)),
     }
@@ -265,12 +278,12 @@ struct Temporary {
 }
 
 impl Temporary {
-    /// Writes a temporary file in the target's folder, with the given permissions or those
+    /// Writes a temporary file in the target's folder by `write`, with the given permissions or those
     /// of a new file.
     fn write(
         target: &Path,
-        bytes: &[u8],
         permissions: Option<Permissions>,
+        write: impl FnOnce(&mut dyn Write) -> Result<(), Error>,
     ) -> Result<Temporary, Error> {
         let mut builder = tempfile::Builder::new();
         let prefix = prefix(std::process::id());
@@ -284,7 +297,7 @@ impl Temporary {
             (file, path)
         };
         let temporary = Temporary { path: Some(path) };
-        file.write_all(bytes)?;
+        write(&mut file)?;
         if let Some(permissions) = permissions {
             file.set_permissions(permissions)?;
         }

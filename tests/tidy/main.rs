@@ -137,19 +137,30 @@ fn root() -> PathBuf {
 
 /// Every Rust file below these folders: its path from the root, and its code.
 fn sources(folders: &[&str]) -> Vec<(String, String)> {
-    let mut todo: Vec<PathBuf> = folders.iter().map(|f| root().join(f)).collect();
-    let mut found = Vec::new();
-    while let Some(path) = todo.pop() {
-        if path.is_dir() {
-            todo.extend(fs::read_dir(path).unwrap().map(|e| e.unwrap().path()));
-        } else if path.extension().is_some_and(|e| e == "rs") {
+    let mut found: Vec<(String, String)> = files(folders)
+        .filter(|path| path.extension().is_some_and(|e| e == "rs"))
+        .map(|path| {
             let name = path.strip_prefix(root()).unwrap().to_str().unwrap();
             let text = fs::read_to_string(&path).unwrap();
-            found.push((name.replace('\\', "/"), code(&text)));
-        }
-    }
+            (name.replace('\\', "/"), code(&text))
+        })
+        .collect();
     found.sort();
     found
+}
+
+/// Every file among these, and below those that are folders.
+fn files(among: &[&str]) -> impl Iterator<Item = PathBuf> {
+    let mut todo: Vec<PathBuf> = among.iter().map(|f| root().join(f)).collect();
+    std::iter::from_fn(move || {
+        loop {
+            let path = todo.pop()?;
+            if !path.is_dir() {
+                return Some(path);
+            }
+            todo.extend(fs::read_dir(path).unwrap().map(|e| e.unwrap().path()));
+        }
+    })
 }
 
 /// The text without comments and without what stands in quotes.
@@ -485,6 +496,31 @@ fn the_top_level_is_tidy() {
         .filter(|name| !name.starts_with('.') && !TOP_LEVEL.contains(&name.as_str()))
         .collect();
     assert!(stray.is_empty(), "not listed in TOP_LEVEL: {stray:?}");
+}
+
+#[test]
+fn tests_that_texts_name_are_there() {
+    const NAMED: &str = "--test ";
+    let mut named = 0;
+    for file in files(&["README.md", "docs", ".ci", "src", "tests"]) {
+        // Pictures are no texts.
+        let Ok(text) = fs::read_to_string(&file) else {
+            continue;
+        };
+        let file = file.display();
+        for rest in text.split(NAMED).skip(1) {
+            let name = rest.split(|c| !is_word(c)).next().unwrap_or_default();
+            if name.is_empty() || name == "NAME" {
+                continue;
+            }
+            assert!(
+                root().join("tests").join(name).is_dir(),
+                "{file}: --test {name}"
+            );
+            named += 1;
+        }
+    }
+    assert!(named > 10, "{named}");
 }
 
 #[test]

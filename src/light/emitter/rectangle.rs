@@ -47,7 +47,13 @@ impl<L: Lanes<Scalar = f32>> Seen<L> {
         let high = narrow::<L>(Vec3::new(x1, y1, zero) * unit);
         let size = narrow::<L>(Vec3::new(place.s, place.t, zero) * unit);
         let (x, y, z) = ([low.x, high.x], [low.y, high.y], low.z);
-        let corners = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(i, j)| Vec3::new(x[i], y[j], z));
+        // Written out: closures that look into arrays of registers are not inlined.
+        let corners = [
+            Vec3::new(low.x, low.y, z),
+            Vec3::new(high.x, low.y, z),
+            Vec3::new(high.x, high.y, z),
+            Vec3::new(low.x, high.y, z),
+        ];
         let lengths = corners.map(Vec3::length);
         let volume = z * size.x * size.y;
         let across = corners[0].dot(corners[2]);

@@ -16,8 +16,8 @@ use crate::math::lanes::{Lanes, Words};
 use crate::plan::Kernels;
 use crate::scene::{Material, Model, Rgb, Textures, studio};
 use crate::shade::path::{
-    Irradiance, LayerPlan, LayerSlots, Luminaires, Materials, MediaField, PathScratch, PathTracer,
-    SampleNumbers, Seen, Slot, UseMode,
+    Irradiance, LayerPlan, LayerSlots, Luminaires, Materials, MediaField, PathKinds, PathScratch,
+    PathTracer, SampleNumbers, Seen, Slot, UseMode,
 };
 use crate::shade::{Doubles, RayCounts, RayQueue, STEP, Singles, Statistics};
 use crate::trace::{RayKind, ShadowCache, TraceScratch};
@@ -60,15 +60,15 @@ pub struct PathPicture {
 }
 
 impl PathPicture {
-    /// Says whether there are meshes with vertex normals, whether paths may pass surfaces, and
-    /// whether there are a cache and textures.
-    pub(super) fn kinds(&self) -> (bool, bool, bool, bool) {
-        (
-            self.smooth,
-            self.materials.has_holes(),
-            self.cache.is_some(),
-            self.materials.has_textures(),
-        )
+    /// Tells what its paths may meet.
+    pub(super) fn kinds(&self) -> PathKinds {
+        PathKinds {
+            smooth: self.smooth,
+            holes: self.materials.has_holes(),
+            cache: self.cache.is_some(),
+            textures: self.materials.has_textures(),
+            media: self.materials.has_media(),
+        }
     }
 
     /// Prepares a picture, unless its integrator traces no paths.

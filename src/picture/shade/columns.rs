@@ -145,7 +145,12 @@ pub fn gather<L: Lanes>(column: &[L::Scalar], rows: &[u32; STEP]) -> L {
     if adjoin(rows) {
         return L::load(&column[rows[0] as usize..]);
     }
-    L::load(&rows.map(|row| column[row as usize]))
+    // A loop is inlined where `map` is a call, whose arguments go through memory.
+    let mut values = [column[0]; STEP];
+    for (value, row) in values.iter_mut().zip(rows) {
+        *value = column[*row as usize];
+    }
+    L::load(&values)
 }
 
 /// Scatters to rows in increasing order, of which only the last may repeat.

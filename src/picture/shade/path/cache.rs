@@ -283,7 +283,7 @@ impl PathTracer<'_> {
                 UseMode::Control => !is_seen,
                 UseMode::Probe => true,
             };
-            fits && wave.media[ray] == self.media
+            fits && wave.media(ray as u32) == self.media
         };
         let lanes = (0..STEP).filter(|i| (some.bits() & spot.lanes) >> i & 1 != 0 && comes(*i));
         let lanes = lanes.fold(0_u32, |lanes, i| lanes | 1 << i);

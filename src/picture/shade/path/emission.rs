@@ -136,7 +136,7 @@ impl PathTracer<'_> {
                 );
                 let part = share(wave.pdf[ray], other);
                 let way = t * dir.length();
-                let left = self.materials.left(&wave.media[ray], way as f32);
+                let left = self.materials.left(&wave.media(ray as u32), way as f32);
                 let weight = wave.rays.weight.row(ray);
                 let pixel = wave.rays.pixel[ray];
                 let light: Rgb = std::array::from_fn(|k| weight[k] * radiance[k] * part * left[k]);
@@ -215,7 +215,9 @@ impl PathTracer<'_> {
         for hit in 0..buffer.len() {
             let ray = buffer.row[hit] as usize;
             let way = buffer.point.get(hit) - DVec3::from_array(wave.rays.org(ray));
-            let left = self.materials.left(&wave.media[ray], way.length() as f32);
+            let left = self
+                .materials
+                .left(&wave.media(ray as u32), way.length() as f32);
             let weight = wave.rays.weight.row(ray);
             let left = std::array::from_fn(|k| weight[k] * left[k]);
             wave.rays.weight.set(ray, left);

@@ -37,7 +37,7 @@ pub use materials::Materials;
 pub use media::MediaField;
 pub use record::{PathLight, PathVertex};
 pub use scratch::PathScratch;
-pub use state::Media;
+pub use state::{Media, PathKinds};
 
 use super::columns::{STEP, Singles};
 use super::hit_buffer::HitBuffer;

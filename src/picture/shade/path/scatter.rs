@@ -6,7 +6,7 @@ use super::layers::{LayerKey, SKY, shares};
 use super::materials::Look;
 use super::shadows::{BODY_END, LightRays};
 use super::spot::{Spot, widen};
-use super::state::{Media, Paths};
+use super::state::Paths;
 use super::textured::widening;
 use super::{PathTracer, ROULETTE_DEPTH, SampleNumbers, share};
 use crate::light::bsdf::Sampled;
@@ -188,14 +188,14 @@ impl PathTracer<'_> {
             let way = to.length().to_array();
             let left: [[f32; 3]; STEP] = std::array::from_fn(|i| {
                 let media = match above >> i & 1 {
-                    0 => &spot.behind[i],
-                    _ => &wave.media[spot.rays[i] as usize],
+                    0 => spot.behind[i],
+                    _ => wave.media(spot.rays[i]),
                 };
                 let way = match far >> i & 1 {
                     0 => way[i] as f32,
                     _ => f32::INFINITY,
                 };
-                self.materials.left(media, way)
+                self.materials.left(&media, way)
             });
             let [r, g, b] = [0, 1, 2].map(|k| Singles::load(&left.map(|left| left[k])));
             weight = Vec3::new(weight.x * r, weight.y * g, weight.z * b);
@@ -265,7 +265,7 @@ impl PathTracer<'_> {
             onward = Some(Vec3::select(passes, before, scattered));
         }
         let mut weight = Vec3::new(throughput.x * r, throughput.y * g, throughput.z * b);
-        let mut compression = Singles::load(&spot.rays.map(|ray| wave.compression[ray as usize]));
+        let mut compression = wave.compression(&spot.rays);
         if through != 0 && !thin {
             let more = compression * spot.eta * spot.eta;
             compression = Lanes::select(sampled.through, more, compression);
@@ -294,10 +294,6 @@ impl PathTracer<'_> {
                 (_, 1) => f32::INFINITY,
                 _ => pdf[i],
             });
-        let media: [Media; STEP] = std::array::from_fn(|i| match through >> i & 1 {
-            0 => wave.media[spot.rays[i] as usize],
-            _ => spot.behind[i],
-        });
         let clear: [bool; STEP] =
             std::array::from_fn(|i| straight >> i & 1 != 0 && wave.straight[spot.rays[i] as usize]);
         let kinds: [RayKind; STEP] = std::array::from_fn(|i| match through >> i & 1 {
@@ -346,9 +342,16 @@ impl PathTracer<'_> {
         paths.rays.weight.push_some(weight, rows);
         paths.normal.push_some(normal, rows);
         keep(&mut paths.pdf, &pdfs, rows);
-        let compression = compression.to_array();
-        keep(&mut paths.compression, &compression, rows);
-        keep(&mut paths.media, &media, rows);
+        let media = || {
+            let mut media = wave.media_of(&spot.rays);
+            for (i, media) in media.iter_mut().enumerate() {
+                if through >> i & 1 != 0 {
+                    *media = spot.behind[i];
+                }
+            }
+            media
+        };
+        paths.push_interior(media, compression, rows);
         keep(&mut paths.straight, &clear, rows);
         let origins = wave.origins(&spot.rays, org);
         let behind = DoubleMask::from_bits(straight);
@@ -395,12 +398,7 @@ impl PathTracer<'_> {
         });
         keep(&mut next.pdf, &pdfs, rows);
         next.push_origins(wave.origins(&spot.rays, org), rows);
-        keep(
-            &mut next.compression,
-            &of.map(|ray| wave.compression[ray]),
-            rows,
-        );
-        keep(&mut next.media, &spot.behind, rows);
+        next.push_interior(|| spot.behind, wave.compression(&spot.rays), rows);
         keep(&mut next.straight, &of.map(|ray| wave.straight[ray]), rows);
         spot.push((org, dir), (&kinds, rows), wave, next);
     }
@@ -421,7 +419,7 @@ impl PathTracer<'_> {
         let mut is_dispersed = false;
         for i in 0..STEP {
             let (ray, hit) = (spot.rays[i] as usize, spot.hits[i] as usize);
-            let (mut before, mut behind) = (wave.media[ray], wave.media[ray]);
+            let (mut before, mut behind) = (spot.behind[i], spot.behind[i]);
             let front = buffer.side[hit] > 0.0;
             if let Some(solids) = self.solids {
                 let far = buffer.point.get(hit)

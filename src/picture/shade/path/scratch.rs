@@ -5,7 +5,7 @@ use super::first_met::FirstMet;
 use super::layers::{LayerPlan, LayerSlots};
 use super::record::PathVertex;
 use super::shadows::LightRays;
-use super::state::Paths;
+use super::state::{PathKinds, Paths};
 use super::textured::Passing;
 use crate::shade::hit_buffer::HitBuffer;
 use crate::shade::hit_columns::HitColumns;
@@ -36,19 +36,12 @@ pub struct PathScratch<'b> {
 }
 
 impl<'b> PathScratch<'b> {
-    /// `smooth` says whether the scene has meshes with vertex normals, `has_holes` whether paths
-    /// may pass surfaces, `is_cached` whether there is an irradiance cache, `has_textures` whether
-    /// materials vary from hit to hit.
-    pub fn new(
-        arena: &'b Bump,
-        trace: &'b mut TraceScratch,
-        (smooth, has_holes, is_cached, has_textures): (bool, bool, bool, bool),
-    ) -> PathScratch<'b> {
+    pub fn new(arena: &'b Bump, trace: &'b mut TraceScratch, kinds: PathKinds) -> PathScratch<'b> {
         let mut buffer = HitBuffer::with_capacity(BATCH, arena);
-        buffer.wants_lift = smooth;
-        buffer.wants_places = has_textures;
+        buffer.wants_lift = kinds.smooth;
+        buffer.wants_places = kinds.textures;
         PathScratch {
-            waves: std::array::from_fn(|_| Paths::new(arena, (has_holes, is_cached, has_textures))),
+            waves: std::array::from_fn(|_| Paths::new(arena, kinds)),
             hits: HitColumns::new(arena),
             buffer,
             order: ArenaVec::with_capacity_in(BATCH, arena),

@@ -94,7 +94,7 @@ impl Spot {
             throughput,
             passing,
             eta: Singles::splat(1.0),
-            behind: rays.map(|ray| wave.media[ray as usize]),
+            behind: wave.media_of(&rays),
         }
     }
 

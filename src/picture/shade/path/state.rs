@@ -2,7 +2,7 @@
 
 use super::layers::Trail;
 use crate::math::Vec3;
-use crate::shade::columns::{Column3, Doubles, STEP, Singles};
+use crate::shade::columns::{Column3, Doubles, STEP, Singles, gather, keep};
 use crate::shade::ray_queue::{BATCH, RayQueue};
 use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;
@@ -19,13 +19,11 @@ pub(super) struct Paths<'b> {
     /// The shading normal where the ray left, for the density of light sampling there; zero
     /// where light from both sides counts.
     pub normal: Column3<'b, Singles>,
-    /// The factor by which refraction has compressed radiance; Russian roulette ignores it.
-    pub compression: ArenaVec<'b, f32>,
-    /// The media around the ray's origin.
-    pub media: ArenaVec<'b, Media>,
     /// Whether the path has come straight from the camera, through holes and panes: what it
     /// meets is seen through them.
     pub straight: ArenaVec<'b, bool>,
+    /// What paths know of media, if materials have any.
+    interior: Option<Interior<'b>>,
     /// Where the path was last scattered, from where light was sampled that it may meet; kept
     /// where it may have passed holes and panes since.
     origin: Option<Column3<'b, Doubles>>,
@@ -43,25 +41,45 @@ pub(super) struct Paths<'b> {
     pub guiding: Option<ArenaVec<'b, f32>>,
 }
 
+/// The columns of paths that may be in media.
+struct Interior<'b> {
+    /// The media around the ray's origin.
+    media: ArenaVec<'b, Media>,
+    /// The factor by which refraction has compressed radiance; Russian roulette ignores it.
+    compression: ArenaVec<'b, f32>,
+}
+
+/// What the paths of a picture may meet, and so have to remember.
+#[derive(Clone, Copy, Debug)]
+pub struct PathKinds {
+    /// Meshes with vertex normals.
+    pub smooth: bool,
+    /// Surfaces that paths pass.
+    pub holes: bool,
+    /// An irradiance cache.
+    pub cache: bool,
+    /// Materials that vary from hit to hit.
+    pub textures: bool,
+    /// Media inside of surfaces.
+    pub media: bool,
+}
+
 impl<'b> Paths<'b> {
-    /// `has_holes` says whether paths may pass surfaces, `is_cached` whether there is an
-    /// irradiance cache, `has_textures` whether materials vary from hit to hit.
-    pub fn new(
-        arena: &'b Bump,
-        (has_holes, is_cached, has_textures): (bool, bool, bool),
-    ) -> Paths<'b> {
+    pub fn new(arena: &'b Bump, kinds: PathKinds) -> Paths<'b> {
         let numbers = || ArenaVec::with_capacity_in(BATCH, arena);
         Paths {
             rays: RayQueue::with_capacity(BATCH, arena),
             key: ArenaVec::with_capacity_in(BATCH, arena),
             pdf: numbers(),
             normal: Column3::with_capacity(BATCH, arena),
-            compression: numbers(),
-            media: ArenaVec::with_capacity_in(BATCH, arena),
             straight: ArenaVec::with_capacity_in(BATCH, arena),
-            origin: has_holes.then(|| Column3::with_capacity(BATCH, arena)),
-            onward: is_cached.then(|| Column3::with_capacity(BATCH, arena)),
-            cones: has_textures.then(|| ArenaVec::with_capacity_in(BATCH, arena)),
+            interior: kinds.media.then(|| Interior {
+                media: ArenaVec::with_capacity_in(BATCH, arena),
+                compression: numbers(),
+            }),
+            origin: (kinds.holes).then(|| Column3::with_capacity(BATCH, arena)),
+            onward: (kinds.cache).then(|| Column3::with_capacity(BATCH, arena)),
+            cones: (kinds.textures).then(|| ArenaVec::with_capacity_in(BATCH, arena)),
             trails: None,
             open: None,
             guiding: None,
@@ -80,6 +98,48 @@ impl<'b> Paths<'b> {
         match (&self.onward, &self.trails) {
             (Some(onward), Some(_)) => trail.without_cached(onward.row(ray as usize)),
             _ => trail,
+        }
+    }
+
+    /// Returns the media around the origin of a path's ray.
+    pub fn media(&self, ray: u32) -> Media {
+        let interior = self.interior.as_ref();
+        interior.map_or_else(Media::default, |all| all.media[ray as usize])
+    }
+
+    /// Returns the media around the origins of some paths' rays.
+    #[inline(always)]
+    pub fn media_of(&self, rows: &[u32; STEP]) -> [Media; STEP] {
+        match &self.interior {
+            Some(interior) => rows.map(|ray| interior.media[ray as usize]),
+            None => [Media::default(); STEP],
+        }
+    }
+
+    /// Returns the factors by which refraction has compressed some paths' radiance.
+    #[inline(always)]
+    pub fn compression(&self, rows: &[u32; STEP]) -> Singles {
+        match &self.interior {
+            Some(interior) => gather(&interior.compression, rows),
+            None => Singles::splat(1.0),
+        }
+    }
+
+    /// Appends what paths know of media, in some lanes of a step.
+    #[inline(always)]
+    pub fn push_interior(
+        &mut self,
+        media: impl FnOnce() -> [Media; STEP],
+        compression: Singles,
+        rows: u32,
+    ) {
+        if let Some(interior) = &mut self.interior {
+            keep(&mut interior.media, &media(), rows);
+            keep(
+                &mut interior.compression,
+                compression.to_array().as_ref(),
+                rows,
+            );
         }
     }
 
@@ -123,9 +183,11 @@ impl<'b> Paths<'b> {
         self.key.clear();
         self.pdf.clear();
         self.normal.truncate(0);
-        self.compression.clear();
-        self.media.clear();
         self.straight.clear();
+        if let Some(interior) = &mut self.interior {
+            interior.media.clear();
+            interior.compression.clear();
+        }
         if let Some(origin) = &mut self.origin {
             origin.truncate(0);
         }
@@ -151,9 +213,11 @@ impl<'b> Paths<'b> {
         let paths = self.rays.len();
         self.pdf.resize(paths, f32::INFINITY);
         self.normal.resize(paths, [0.0; 3]);
-        self.compression.resize(paths, 1.0);
-        self.media.resize(paths, media);
         self.straight.resize(paths, true);
+        if let Some(interior) = &mut self.interior {
+            interior.media.resize(paths, media);
+            interior.compression.resize(paths, 1.0);
+        }
         // Nothing competes with camera rays.
         if let Some(origin) = &mut self.origin {
             origin.resize(paths, [0.0; 3]);

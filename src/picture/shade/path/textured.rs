@@ -416,7 +416,9 @@ impl PathTracer<'_> {
                 let dir = DVec3::from_array(wave.rays.dir(ray));
                 if self.materials.has_media {
                     let way = surface.point - DVec3::from_array(wave.rays.org(ray));
-                    let share = self.materials.left(&wave.media[ray], way.length() as f32);
+                    let share = self
+                        .materials
+                        .left(&wave.media(ray as u32), way.length() as f32);
                     let weight = wave.rays.weight.row(ray);
                     let weight = std::array::from_fn(|k| weight[k] * share[k]);
                     wave.rays.weight.set(ray, weight);

@@ -1,6 +1,6 @@
 //! Outlines that are turned about an axis, in native scenes.
 
-use crate::scad::volume_of;
+use crate::scad::{NEAR, volume_of};
 use lanecast::internals::io::{LoadOptions, load};
 use lanecast::internals::scene::Scene;
 use std::f64::consts::PI;
@@ -45,7 +45,7 @@ fn what_an_outline_sweeps_has_the_volume_of_pappus() {
         let scene = loaded(fields).unwrap_or_else(|e| panic!("{fields}: {e}"));
         let found = volume_of(&scene, fields);
         let off = (found - expected).abs() / expected;
-        assert!(off < 1e-4, "{fields}: {found}, not {expected}");
+        assert!(off < NEAR, "{fields}: {found}, not {expected}");
     }
 }
 

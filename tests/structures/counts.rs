@@ -22,7 +22,7 @@ use lanecast::internals::trace::{
 use std::time::Instant;
 
 /// One ray in so many is traced again.
-const STRIDE: usize = 7;
+const STRIDE: usize = 13;
 
 /// All rays of the picture that the published figures are about.
 fn rays(loaded: &Loaded) -> Vec<TracedRay> {

@@ -94,12 +94,44 @@ pub fn camera_ray(
 
 /// Returns the undistorted point of the plane at depth 1: follows it from the axis, along the
 /// way of the distorted one, in small steps (differential correction), and ends where the map
-/// folds.
+/// folds: where its Jacobian is not positive definite, or the radial terms alone turn back.
 fn undistorted(k: &Calibration, seen: [f64; 2]) -> [f64; 2] {
-    const STEPS: usize = 64;
-    let [k1, k2, p1, p2, k3] = k.distortion;
-    // The map and its Jacobian by dual numbers (value, d/dx, d/dy).
+    /// The longest step, as a share of the way, and the shortest.
+    const STEPS: [f64; 2] = [1.0 / 64.0, 1.0 / (1_u64 << 40) as f64];
+    let corrected = |[mut x, mut y]: [f64; 2], part: f64| -> Option<[f64; 2]> {
+        for _ in 0..6 {
+            let [u, v] = distorted(k, x, y);
+            let determinant = u[1] * v[2] - u[2] * v[1];
+            // Also where it is NaN.
+            let is_definite = determinant > 0.0 && u[1] > 0.0;
+            let squared = x * x + y * y;
+            if !(is_definite && grows(k.distortion, [0.0, squared], 0)) {
+                return None;
+            }
+            let off = [u[0] - part * seen[0], v[0] - part * seen[1]];
+            x -= (v[2] * off[0] - u[2] * off[1]) / determinant;
+            y -= (u[1] * off[1] - v[1] * off[0]) / determinant;
+        }
+        let [u, v] = distorted(k, x, y);
+        let off = [u[0] - part * seen[0], v[0] - part * seen[1]];
+        (off[0].hypot(off[1]) < 1e-9 * (1.0 + seen[0].hypot(seen[1]))).then_some([x, y])
+    };
+    let (mut at, mut part, mut step) = ([0.0; 2], 0.0, STEPS[0]);
+    while part < 1.0 {
+        let next = f64::min(part + step, 1.0);
+        match corrected(at, next) {
+            Some(there) => (at, part, step) = (there, next, f64::min(2.0 * step, STEPS[0])),
+            None if step > STEPS[1] => step *= 0.5,
+            None => return [f64::NAN; 2],
+        }
+    }
+    at
+}
+
+/// Computes OpenCV's map and its Jacobian by dual numbers: (value, d/dx, d/dy) of x and of y.
+fn distorted(k: &Calibration, x: f64, y: f64) -> [[f64; 3]; 2] {
     type Dual = [f64; 3];
+    let [k1, k2, p1, p2, k3] = k.distortion;
     let add = |a: Dual, b: Dual| -> Dual { std::array::from_fn(|i| a[i] + b[i]) };
     let mul = |a: Dual, b: Dual| -> Dual {
         [
@@ -109,38 +141,38 @@ fn undistorted(k: &Calibration, seen: [f64; 2]) -> [f64; 2] {
         ]
     };
     let by = |c: f64, a: Dual| -> Dual { a.map(|x| c * x) };
-    let map = |x: f64, y: f64| -> [Dual; 2] {
-        let (x, y) = ([x, 1.0, 0.0], [y, 0.0, 1.0]);
-        let (xx, yy, xy) = (mul(x, x), mul(y, y), mul(x, y));
-        let r2 = add(xx, yy);
-        let r4 = mul(r2, r2);
-        let powers = add(by(k1, r2), add(by(k2, r4), by(k3, mul(r4, r2))));
-        let radial = add([1.0, 0.0, 0.0], powers);
-        [
-            add(
-                mul(x, radial),
-                add(by(2.0 * p1, xy), by(p2, add(r2, by(2.0, xx)))),
-            ),
-            add(
-                mul(y, radial),
-                add(by(p1, add(r2, by(2.0, yy))), by(2.0 * p2, xy)),
-            ),
-        ]
-    };
-    let [mut x, mut y] = [0.0; 2];
-    for step in 1..=STEPS {
-        let part = step as f64 / STEPS as f64;
-        for _ in 0..4 {
-            let [u, v] = map(x, y);
-            let determinant = u[1] * v[2] - u[2] * v[1];
-            // Also where it is NaN.
-            if !(determinant > 0.0 && u[1] > 0.0) {
-                return [f64::NAN; 2];
-            }
-            let off = [u[0] - part * seen[0], v[0] - part * seen[1]];
-            x -= (v[2] * off[0] - u[2] * off[1]) / determinant;
-            y -= (u[1] * off[1] - v[1] * off[0]) / determinant;
-        }
+    let (x, y) = ([x, 1.0, 0.0], [y, 0.0, 1.0]);
+    let (xx, yy, xy) = (mul(x, x), mul(y, y), mul(x, y));
+    let r2 = add(xx, yy);
+    let r4 = mul(r2, r2);
+    let powers = add(by(k1, r2), add(by(k2, r4), by(k3, mul(r4, r2))));
+    let radial = add([1.0, 0.0, 0.0], powers);
+    [
+        add(
+            mul(x, radial),
+            add(by(2.0 * p1, xy), by(p2, add(r2, by(2.0, xx)))),
+        ),
+        add(
+            mul(y, radial),
+            add(by(p1, add(r2, by(2.0, yy))), by(2.0 * p2, xy)),
+        ),
+    ]
+}
+
+/// Says whether r (1 + k1 r² + k2 r⁴ + k3 r⁶) has a positive derivative for all squares of r
+/// in an interval: halves it until a bound of the derivative's slope decides, 50 times at most.
+fn grows(distortion: [f64; 5], [low, high]: [f64; 2], depth: u32) -> bool {
+    let [k1, k2, _, _, k3] = distortion;
+    let terms = |s: f64| [3.0 * k1 * s, 5.0 * k2 * s.powi(2), 7.0 * k3 * s.powi(3)];
+    let middle = 0.5 * (low + high);
+    let there = 1.0 + terms(middle).iter().sum::<f64>();
+    // |d/ds| is at most this, for s grows.
+    let slope = 3.0 * k1.abs() + 10.0 * k2.abs() * high + 21.0 * k3.abs() * high * high;
+    if there > 0.5 * (high - low) * slope {
+        return true;
     }
-    [x, y]
+    there > 0.0
+        && depth < 50
+        && grows(distortion, [low, middle], depth + 1)
+        && grows(distortion, [middle, high], depth + 1)
 }

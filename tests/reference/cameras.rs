@@ -14,18 +14,22 @@ proptest! {
 
     /// Every projection sees what the reference sees, and nothing where that sees nothing.
     #[test]
-    fn rays_are_those_of_the_reference(x in 0_u32..64, y in 0_u32..48, kind in 0_usize..6) {
-        let distorted = Calibration {
-            focal: [40.0, 42.0],
+    fn rays_are_those_of_the_reference(x in 0_u32..64, y in 0_u32..48, kind in 0_usize..9) {
+        let distorted = |focal: f64, distortion| Calibration {
+            focal: [focal, 1.05 * focal],
             center: [30.0, 22.0],
             size: [64, 48],
-            distortion: [-0.28, 0.05, 1e-3, -2e-3, 0.004],
+            distortion,
         };
         let fisheye = |mapping| Projection::Fisheye { half_angle: 1.6, mapping };
         let projection = [
             Projection::Perspective { half_height: 0.5 },
             Projection::Orthographic { half_height: 2.0 },
-            Projection::Calibrated(distorted),
+            Projection::Calibrated(distorted(40.0, [-0.28, 0.05, 1e-3, -2e-3, 0.004])),
+            // These fold within the picture, and the model reaches its corners again far away.
+            Projection::Calibrated(distorted(20.0, [-0.4, 0.05, 0.0, 0.0, 0.0])),
+            Projection::Calibrated(distorted(70.0, [-3.0, 0.1, 0.0, 0.0, 0.0])),
+            Projection::Calibrated(distorted(20.0, [-0.35, 0.08, 4e-3, -2e-3, -0.004])),
             Projection::Panorama,
             fisheye(FisheyeMapping::Equidistant),
             fisheye(FisheyeMapping::Equisolid),

@@ -3,6 +3,7 @@
 //! The frame is right-handed: `right × up = -forward`. Perspective and calibrated rays have the
 //! direction `forward + x·right + y·up`, so that t is the depth along the view axis.
 
+use super::calibration::Calibration;
 use super::camera_motion::CameraMotions;
 use super::names::Names;
 use super::shutter::Shutter;
@@ -64,72 +65,6 @@ impl Projection {
     /// distortion.
     pub fn has_plane(&self) -> bool {
         !matches!(self, Projection::Panorama | Projection::Fisheye { .. })
-    }
-}
-
-/// A pinhole camera as OpenCV measures it: pixel (0, 0) has its centre at (0, 0), x points to
-/// the right and y down.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Calibration {
-    /// Focal lengths fx and fy in pixels.
-    pub focal: [f64; 2],
-    /// The pixel on the view axis: cx and cy.
-    pub center: [f64; 2],
-    /// Width and height in pixels of the picture that the numbers are for; other sizes scale them.
-    pub size: [u32; 2],
-    /// Radial and tangential distortion: k1, k2, p1, p2, k3.
-    pub distortion: [f64; 5],
-}
-
-impl Calibration {
-    /// Returns where a direction (x, y, 1) is seen, distorted.
-    pub fn distorted(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let [k1, k2, p1, p2, k3] = self.distortion;
-        let r2 = x * x + y * y;
-        let radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
-        [
-            x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x),
-            y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y,
-        ]
-    }
-
-    /// Returns the direction (x, y, 1) that is seen at a distorted point, by Newton's method from
-    /// the point itself; `None` where the distortion folds before it gets there, so that no
-    /// direction is seen.
-    pub fn undistorted(&self, seen: [f64; 2]) -> Option<[f64; 2]> {
-        const STEPS: usize = 32;
-        /// Of the residual, relative to the point: some roundings.
-        const NEAR: f64 = 1e-14;
-        if self.distortion == [0.0; 5] {
-            return Some(seen);
-        }
-        let [k1, k2, p1, p2, k3] = self.distortion;
-        let [mut x, mut y] = seen;
-        let size = 1.0 + seen[0].abs() + seen[1].abs();
-        for _ in 0..STEPS {
-            let at = self.distorted([x, y]);
-            let off = [at[0] - seen[0], at[1] - seen[1]];
-            let r2 = x * x + y * y;
-            let radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
-            let slope = 2.0 * (k1 + r2 * (2.0 * k2 + 3.0 * r2 * k3));
-            let xx = radial + x * x * slope + 2.0 * p1 * y + 6.0 * p2 * x;
-            let yy = radial + y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x;
-            let xy = x * y * slope + 2.0 * p1 * x + 2.0 * p2 * y;
-            let determinant = xx * yy - xy * xy;
-            // The map is turned inside out beyond its fold.
-            let unfolded = determinant > 0.0 && xx + yy > 0.0;
-            if off[0].abs() + off[1].abs() <= NEAR * size {
-                return unfolded.then_some([x, y]);
-            }
-            if !unfolded {
-                // Back towards the axis, where every map is near the identity.
-                (x, y) = (0.5 * x, 0.5 * y);
-                continue;
-            }
-            x -= (yy * off[0] - xy * off[1]) / determinant;
-            y -= (xx * off[1] - xy * off[0]) / determinant;
-        }
-        None
     }
 }
 

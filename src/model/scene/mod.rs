@@ -6,6 +6,7 @@
 
 mod builder;
 mod builtin;
+mod calibration;
 mod camera_motion;
 mod cameras;
 mod check;
@@ -53,8 +54,9 @@ pub use crate::csg::Operator;
 pub use crate::geom::face::{Face, FaceKey};
 pub use builder::{RowCounts, SceneBuilder, Surroundings};
 pub use builtin::builtin;
+pub use calibration::Calibration;
 pub use camera_motion::{CameraKey, CameraMotions};
-pub use cameras::{Calibration, Camera, Cameras, FisheyeMapping, Lens, Projection, UnknownCamera};
+pub use cameras::{Camera, Cameras, FisheyeMapping, Lens, Projection, UnknownCamera};
 pub use conditioning::Conditioning;
 pub use csg_bounds::operand_bounds;
 pub use csg_solid::operands_first;

@@ -29,7 +29,11 @@ impl RayGenerator {
             Projection::Orthographic { .. } => return None,
             Projection::Perspective { .. } if z > 0.0 => [x / z, y / z],
             Projection::Calibrated(k) if z > 0.0 => {
-                let [across, down] = k.distorted([x / z, -y / z]);
+                let at = [x / z, -y / z];
+                if !k.is_before_fold(at) {
+                    return None;
+                }
+                let [across, down] = k.distorted(at);
                 [across, -down]
             }
             Projection::Perspective { .. } | Projection::Calibrated(_) => return None,

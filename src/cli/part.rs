@@ -8,6 +8,7 @@ use super::progress::rate;
 use super::render::exposed;
 use super::scene::{pick_camera, viewed};
 use super::{ground, interrupt, memory, shutter};
+use lanecast_light::filter::{Kind as FilterKind, PERIOD};
 use lanecast_light::sampler::Kind;
 use lanecast_measure::{Stats, Watch};
 use lanecast_picture::render::{
@@ -25,7 +26,10 @@ pub fn run(
 ) -> Result<(), CliError> {
     check(
         &config,
-        args.light.sampler.unwrap_or(config.sampler),
+        (
+            args.light.sampler.unwrap_or(config.sampler),
+            args.light.filter.unwrap_or(config.filter),
+        ),
         output,
         &samples,
     )?;
@@ -105,7 +109,7 @@ pub fn run(
 /// Refuses what could not be merged with other parts.
 fn check(
     config: &RenderConfig,
-    sampler: Kind,
+    (sampler, filter): (Kind, FilterKind),
     output: &Path,
     samples: &Range<u32>,
 ) -> Result<(), CliError> {
@@ -122,6 +126,18 @@ fn check(
             samples.start,
             samples.end,
             parts.join(", ")
+        ));
+    }
+    let period = PERIOD;
+    if filter.is_signed() && samples.start > 0 && (samples.len() as u32) < period {
+        return refused(format!(
+            "--samples {}..{}: one of each {period} samples is in the negative parts of --filter \
+             mitchell, so parts begin at 0 or have {period} samples or more; take another filter, or \
+             {}..{}",
+            samples.start,
+            samples.end,
+            samples.start / period * period,
+            samples.start / period * period + period,
         ));
     }
     if sampler == Kind::Stratified {

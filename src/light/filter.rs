@@ -6,6 +6,13 @@
 //! not depend on the order of its pixels. Filters are separable: one function of the distance
 //! along x times the same along y.
 //!
+//! A filter with negative parts would give samples of two signs, and a constant the mean of these
+//! signs, which is 1 only in the long run: at 16 samples a white picture would be 0.57 to 1.14. So the
+//! signs are stratified by sample number: of each [`PERIOD`] samples the last is a negative one, and
+//! the weights of the others are such that those of the first 1, 2, 4, 8 and of each 16 add up to
+//! their number. Constants are kept exactly, and fewer than 16 samples are those of the
+//! positive parts alone.
+//!
 //! A profile is tabulated from f64 as a density that is linear in each of 512 cells between
 //! its edge and its centre, and such a density is inverted exactly. The table is within 1e-5
 //! of the profile's peak (h²/8 times the second derivative). Cells are found lane by lane,
@@ -22,8 +29,8 @@ pub enum Kind {
     /// at 0.
     Gaussian,
     /// Mitchell & Netravali's cubic ("Reconstruction Filters in Computer Graphics", 1988)
-    /// with B = C = 1/3, of radius 2. It is negative outside of the main lobe: samples there
-    /// have a negative weight.
+    /// with B = C = 1/3, of radius 2. It is negative outside of the main lobe along one axis: of
+    /// each 16 samples one is there, and has a negative weight.
     Mitchell,
     /// Blackman and Harris' window of four terms, three pixels wide.
     #[default]
@@ -37,6 +44,21 @@ impl Kind {
             Kind::Box => 0.5,
             Kind::Gaussian | Kind::BlackmanHarris => 1.5,
             Kind::Mitchell => 2.0,
+        }
+    }
+
+    /// Says whether the profile has negative parts.
+    pub fn is_signed(self) -> bool {
+        self.lobe() < self.radius()
+    }
+
+    /// Returns the least number of samples, from the one asked for on, whose weights add up to
+    /// their number: of signed profiles 1, 2, 4, 8 or a multiple of [`PERIOD`].
+    pub fn samples(self, asked: u32) -> u32 {
+        match self.is_signed() {
+            false => asked,
+            true if asked <= PERIOD => asked.next_power_of_two(),
+            true => asked.div_ceil(PERIOD).saturating_mul(PERIOD),
         }
     }
 
@@ -69,6 +91,10 @@ impl Kind {
     }
 }
 
+/// The number of samples of which one is in the negative parts of a signed filter: about the
+/// reciprocal of their share of the filter's magnitude, which is 0.062 of Mitchell's.
+pub const PERIOD: u32 = 16;
+
 /// Cells of the table of one half of the profile.
 const CELLS: usize = 512;
 
@@ -84,8 +110,65 @@ struct Cell {
     /// Magnitude of the profile at the outer and the inner end.
     from: f32,
     to: f32,
-    /// What a sample in it counts.
-    weight: f32,
+}
+
+/// The lobes of a signed profile, and what samples in them count.
+#[derive(Clone, Copy, Debug)]
+struct Lobes {
+    /// Share of the profile's magnitude beyond its zeros.
+    outer: f32,
+    /// Share of the filter's positive parts that lies in its corners, where both factors are
+    /// negative.
+    corners: f32,
+    /// The weight of samples 8 to 14 of a period; those before weigh 1.
+    late: f32,
+    /// The weight of sample 15 of a period.
+    negative: f32,
+}
+
+impl Lobes {
+    /// Returns the lobes of a profile of integral 1 whose parts have these magnitudes.
+    fn new(inner: f64, outer: f64) -> Lobes {
+        let period = f64::from(PERIOD);
+        let positive = inner * inner + outer * outer;
+        let early = 0.5 * period;
+        // In few enough bits that f32 has the last weight exactly, too, and all add up to the period.
+        let late = ((period * positive - early) / (early - 1.0) * 65536.0).round() / 65536.0;
+        Lobes {
+            outer: (outer / (inner + outer)) as f32,
+            corners: (outer * outer / positive) as f32,
+            late: late as f32,
+            // -2 inner outer a sample, within 4e-6.
+            negative: (early - (early - 1.0) * late) as f32,
+        }
+    }
+
+    /// Returns the weight of a sample, and its numbers for x and y within lobes: each with
+    /// whether it is the outer one.
+    fn sample(&self, [u, v]: [f32; 2], sample: u32) -> (f32, [(f32, bool); 2]) {
+        // The part of [0, 1) before `end`, or after it, made [0, 1).
+        let split = |u: f32, end: f32| match u < end {
+            true => (u / end, true),
+            false => ((u - end) / (1.0 - end), false),
+        };
+        let last = PERIOD - 1;
+        let (weight, places) = match sample % PERIOD {
+            number if number == last => {
+                let (u, along_x) = split(u, 0.5);
+                (self.negative, [(u, along_x), (v, !along_x)])
+            }
+            number => {
+                let (u, in_corner) = split(u, self.corners);
+                let weight = if number < PERIOD / 2 { 1.0 } else { self.late };
+                (weight, [(u, in_corner), (v, in_corner)])
+            }
+        };
+        // Roundings may reach 1, which is no number of a sample.
+        (
+            weight,
+            places.map(|(u, is)| (u.min(1.0 - 0.5 * f32::EPSILON), is)),
+        )
+    }
 }
 
 /// A pixel filter, ready to be sampled.
@@ -95,6 +178,8 @@ pub struct Filter {
     cells: Vec<Cell>,
     /// Entry i is the cell in which the share i/512 of the mass lies.
     first: Vec<u16>,
+    /// Of signed profiles.
+    lobes: Option<Lobes>,
 }
 
 impl Filter {
@@ -102,12 +187,12 @@ impl Filter {
     pub fn new(kind: Kind) -> Filter {
         let knots = knots(kind);
         let value = |x: f64| kind.profile(x).abs();
-        // A cell across the zero of a profile does not occur: a knot lies on it.
-        let signed = |x: [f64; 2]| kind.profile(0.5 * (x[0] + x[1])).signum();
         let mass = |x: [f64; 2]| 0.5 * (value(x[0]) + value(x[1])) * (x[0] - x[1]);
         let pieces = || knots.windows(2).map(|x| [x[0], x[1]]);
         let total: f64 = pieces().map(mass).sum();
-        let net: f64 = pieces().map(|x| signed(x) * mass(x)).sum();
+        // A cell across the zero of a profile does not occur: a knot lies on it.
+        let is_outer = |x: &[f64; 2]| kind.profile(0.5 * (x[0] + x[1])) < 0.0;
+        let outer: f64 = pieces().filter(is_outer).map(mass).sum();
         let mut before = 0.0;
         let mut cells = Vec::with_capacity(CELLS);
         for x in pieces() {
@@ -119,7 +204,6 @@ impl Filter {
                 mass: (after - before) as f32,
                 from: value(x[0]) as f32,
                 to: value(x[1]) as f32,
-                weight: (signed(x) * total / net) as f32,
             });
             before = after;
         }
@@ -128,28 +212,83 @@ impl Filter {
             cells.partition_point(|cell| cell.before <= share) as u16 - 1
         });
         let first = first.collect();
-        Filter { kind, cells, first }
+        let net = total - 2.0 * outer;
+        let lobes = (outer > 0.0).then(|| Lobes::new((total - outer) / net, outer / net));
+        Filter {
+            kind,
+            cells,
+            first,
+            lobes,
+        }
     }
 
     pub fn kind(&self) -> Kind {
         self.kind
     }
 
-    /// Returns the offset from the pixel's centre along one axis, in pixels, and the weight
-    /// of a sample there. The offset grows with `u` in [0, 1). The weight is ± a constant for
-    /// profiles with negative parts, else 1; its mean is 1.
+    /// Returns the offset from the pixel's centre along x and y, in pixels, of samples with these
+    /// numbers and random numbers in [0, 1), and their weights: 1 of profiles without negative
+    /// parts. There is a number for each lane.
     #[inline(always)]
-    pub fn offset<L: Lanes<Scalar = f32>>(&self, u: L) -> (L, L) {
-        let half = L::splat(0.5);
-        if self.kind == Kind::Box {
-            return (u - half, L::splat(1.0));
+    pub fn sample<L: Lanes<Scalar = f32>>(&self, u: [L; 2], samples: &[u32]) -> ([L; 2], L) {
+        match &self.lobes {
+            None => (u.map(|u| self.offset(u)), L::splat(1.0)),
+            Some(lobes) => self.signed(lobes, u, samples),
         }
-        // Twice the distance from the nearer end of [0, 1], exactly: the share of the mass
-        // outside, of the half in which the sample lies.
-        let left = u.lt(half);
-        let share = L::select(left, u, L::splat(1.0) - u) * L::splat(2.0);
+    }
+
+    /// Computes [`sample`](Self::sample) of a signed profile.
+    fn signed<L: Lanes<Scalar = f32>>(
+        &self,
+        lobes: &Lobes,
+        u: [L; 2],
+        samples: &[u32],
+    ) -> ([L; 2], L) {
+        let [x, y] = u.map(|u| u.to_array());
+        let mut weight = L::zero().to_array();
+        let mut within = [L::zero().to_array(); 2];
+        let mut low = [L::zero().to_array(); 2];
+        let mut size = [L::zero().to_array(); 2];
+        for i in 0..L::COUNT {
+            let (its, places) = lobes.sample([x.as_ref()[i], y.as_ref()[i]], samples[i]);
+            weight.as_mut()[i] = its;
+            for (k, (u, is_outer)) in places.into_iter().enumerate() {
+                within[k].as_mut()[i] = u;
+                let (from, share) = match is_outer {
+                    true => (0.0, lobes.outer),
+                    false => (lobes.outer, 1.0 - lobes.outer),
+                };
+                low[k].as_mut()[i] = from;
+                size[k].as_mut()[i] = share;
+            }
+        }
+        let load = |lanes: &L::Array| L::load(lanes.as_ref());
+        let offsets = [0, 1].map(|k| {
+            let (left, share) = from_end(load(&within[k]));
+            let share = load(&low[k]) + share * load(&size[k]);
+            let distance = self.distance(share.min(L::splat(1.0)));
+            L::select(left, -distance, distance)
+        });
+        (offsets, load(&weight))
+    }
+
+    /// Returns the offset from the pixel's centre along one axis, in pixels, with the profile's
+    /// magnitude as density. It grows with `u` in [0, 1).
+    #[inline(always)]
+    fn offset<L: Lanes<Scalar = f32>>(&self, u: L) -> L {
+        if self.kind == Kind::Box {
+            return u - L::splat(0.5);
+        }
+        let (left, share) = from_end(u);
+        let distance = self.distance(share);
+        L::select(left, -distance, distance)
+    }
+
+    /// Returns the distance from the centre outside of which a share of the magnitude lies.
+    #[inline(always)]
+    fn distance<L: Lanes<Scalar = f32>>(&self, share: L) -> L {
         let shares = share.to_array();
-        let mut columns = [L::zero().to_array(); 7];
+        let mut columns = [L::zero().to_array(); 6];
         for i in 0..L::COUNT {
             let cell = self.cell(shares.as_ref()[i]);
             let row = [
@@ -159,28 +298,18 @@ impl Filter {
                 cell.mass,
                 cell.from,
                 cell.to,
-                cell.weight,
             ];
             for (column, x) in columns.iter_mut().zip(row) {
                 column.as_mut()[i] = x;
             }
         }
-        let [outer, width, before, mass, from, to, weight] =
-            columns.map(|column| L::load(column.as_ref()));
+        let [outer, width, before, mass, from, to] = columns.map(|column| L::load(column.as_ref()));
         // Inverts a linear density without cancellation; 0/0 where it begins with 0.
         let one = L::splat(1.0);
         let v = ((share - before) / mass).min(one);
         let slope = ((one - v) * (from * from) + v * (to * to)).sqrt();
         let t = v * (from + to) / (from + slope).max(L::splat(f32::MIN_POSITIVE));
-        let distance = outer - t.min(one) * width;
-        (L::select(left, -distance, distance), weight)
-    }
-
-    /// Returns the offset from the pixel's centre along x and y, and the sample's weight.
-    #[inline(always)]
-    pub fn sample<L: Lanes<Scalar = f32>>(&self, [u, v]: [L; 2]) -> ([L; 2], L) {
-        let ((x, of_x), (y, of_y)) = (self.offset(u), self.offset(v));
-        ([x, y], of_x * of_y)
+        outer - t.min(one) * width
     }
 
     /// Finds the cell that contains a share of the mass in [0, 1].
@@ -192,6 +321,15 @@ impl Filter {
         }
         &self.cells[at]
     }
+}
+
+/// Returns whether a number of [0, 1) is in the first half, and twice its distance from the nearer
+/// end, exactly: the share of the mass outside, of the half in which the sample lies.
+#[inline(always)]
+fn from_end<L: Lanes<Scalar = f32>>(u: L) -> (L::Mask, L) {
+    let left = u.lt(L::splat(0.5));
+    let share = L::select(left, u, L::splat(1.0) - u) * L::splat(2.0);
+    (left, share)
 }
 
 /// Places the ends of the cells, evenly in the main lobe and outside of it.
@@ -226,55 +364,95 @@ mod tests {
     }
 
     #[test]
-    fn offsets_have_the_density_of_the_profile() {
+    fn samples_have_the_density_of_the_filter() {
         for kind in KINDS {
             let filter = Filter::new(kind);
-            let total = integral(kind, |_, f| f.abs());
             let side = 2.0 * kind.radius();
-            let sample = |u| {
-                let (at, _) = filter.sample(u);
-                Some(at.map(|x| f64::from(x) / side + 0.5))
-            };
-            let density = |at: [f64; 2]| {
-                let [x, y] = at.map(|x| kind.profile((x - 0.5) * side).abs() * side / total);
-                x * y
-            };
-            check(
-                &format!("{kind:?}"),
-                [40, 31],
-                1_000_000,
-                4,
-                sample,
-                density,
-            );
+            let outer = integral(kind, |_, f| (-f).max(0.0));
+            let inner = integral(kind, |_, f| f.max(0.0));
+            let of = |at: f64| kind.profile((at - 0.5) * side) * side;
+            // Early, late and negative samples, and the integral of the parts that they sample.
+            for (number, sign, total) in [
+                (3, 1.0, inner * inner + outer * outer),
+                (28, 1.0, inner * inner + outer * outer),
+                (15, -1.0, 2.0 * inner * outer),
+            ] {
+                if sign < 0.0 && !kind.is_signed() {
+                    continue;
+                }
+                let sample = |u| {
+                    let (at, weight) = filter.sample(u, &[number]);
+                    assert_eq!(weight < 0.0, sign < 0.0);
+                    Some(at.map(|x| f64::from(x) / side + 0.5))
+                };
+                let density = |[x, y]: [f64; 2]| f64::max(sign * of(x) * of(y), 0.0) / total;
+                check(
+                    &format!("{kind:?} {number}"),
+                    [40, 31],
+                    1_000_000,
+                    4,
+                    sample,
+                    density,
+                );
+            }
         }
     }
 
+    /// Of all numbers of a period, with midpoints of a grid of the square, fine along x.
     #[test]
-    fn means_are_those_of_the_profile() {
+    fn means_are_those_of_the_filter() {
         for kind in KINDS {
             let filter = Filter::new(kind);
-            let n = 1 << 20;
-            let mut sums = [0.0; 3];
-            for i in 0..n {
-                let (x, weight) = filter.offset((i as f32 + 0.5) / n as f32);
-                let (x, weight) = (f64::from(x), f64::from(weight));
-                for (sum, term) in sums.iter_mut().zip([1.0, x, x * x]) {
-                    *sum += weight * term / f64::from(n);
+            let (across, down) = (1 << 15, 1 << 6);
+            let at = |i: u32, of: u32| (i as f32 + 0.5) / of as f32;
+            let mut sums = [0.0; 4];
+            for number in 0..PERIOD {
+                for i in 0..across * down {
+                    let u = [at(i % across, across), at(i / across, down)];
+                    let ([x, y], weight) = filter.sample(u, &[number]);
+                    let [x, y, weight] = [x, y, weight].map(f64::from);
+                    for (sum, term) in sums.iter_mut().zip([1.0, x, x * x, x * x * y * y]) {
+                        *sum += weight * term / f64::from(PERIOD * across * down);
+                    }
                 }
             }
             let net = integral(kind, |_, f| f);
             let square = integral(kind, |x, f| x * x * f) / net;
-            assert!((sums[0] - 1.0).abs() < 1e-5, "{kind:?}: {sums:?}");
-            assert!(sums[1].abs() < 1e-6, "{kind:?}: {sums:?}");
-            assert!(
-                (sums[2] - square).abs() < 2e-5,
-                "{kind:?}: {sums:?} {square}"
-            );
-            let signed = kind == Kind::Mitchell;
-            let negative = (0..1000).any(|i| filter.offset(i as f32 / 1000.0).1 < 0.0);
-            assert_eq!(negative, signed, "{kind:?}");
+            assert!((sums[0] - 1.0).abs() < 1e-6, "{kind:?}: {sums:?}");
+            // Corners of signed filters are few points of the grid.
+            let [place, area] = match kind.is_signed() {
+                true => [2e-4; 2],
+                false => [1e-6, 2e-5],
+            };
+            assert!(sums[1].abs() < place, "{kind:?}: {sums:?}");
+            let off = (sums[2] - square).abs();
+            assert!(off < area, "{kind:?}: {sums:?} {square}");
+            // The grid is coarse along y.
+            let off = (sums[3] - square * square).abs();
+            assert!(off < 2e-2 * square * square, "{kind:?}: {sums:?} {square}");
         }
+    }
+
+    #[test]
+    fn weights_of_whole_numbers_of_samples_add_up_to_these() {
+        let random = &mut Random(3);
+        for kind in KINDS {
+            let filter = Filter::new(kind);
+            let mut sum = 0.0;
+            for number in 0..512 {
+                sum += f64::from(filter.sample(random.square(), &[number]).1);
+                let count = number + 1;
+                let is_whole = kind.samples(count) == count;
+                assert!(
+                    !is_whole || sum == f64::from(count),
+                    "{kind:?} {count}: {sum}"
+                );
+            }
+        }
+        let asked = [1, 2, 3, 5, 8, 9, 15, 16, 17, 32, 100, 1024];
+        let taken = asked.map(|asked| Kind::Mitchell.samples(asked));
+        assert_eq!(taken, [1, 2, 4, 8, 8, 16, 16, 16, 32, 32, 112, 1024]);
+        assert_eq!(asked.map(|asked| Kind::Gaussian.samples(asked)), asked);
     }
 
     #[test]
@@ -298,12 +476,19 @@ mod tests {
         numbers.sort_by(f32::total_cmp);
         for kind in KINDS {
             let filter = Filter::new(kind);
-            let offsets: Vec<f32> = numbers.iter().map(|u| filter.offset(*u).0).collect();
             let radius = kind.radius() as f32;
+            for number in [0, 15] {
+                let inside = |u: f32| {
+                    let (at, _) = filter.sample([u, 0.3], &[number]);
+                    at.iter().all(|x| x.abs() <= radius)
+                };
+                assert!(numbers.iter().all(|u| inside(*u)), "{kind:?}");
+            }
+            let offsets: Vec<f32> = numbers.iter().map(|u| filter.offset(*u)).collect();
             assert!(offsets.iter().all(|x| x.abs() <= radius), "{kind:?}");
             let grow = offsets.windows(2).all(|x| x[0] <= x[1] + 1e-6);
             assert!(grow, "{kind:?}");
-            assert!(filter.offset(0.5_f32).0.abs() < 1e-6, "{kind:?}");
+            assert!(filter.offset(0.5_f32).abs() < 1e-6, "{kind:?}");
         }
     }
 
@@ -312,11 +497,15 @@ mod tests {
         for kind in KINDS {
             let filter = Filter::new(kind);
             for _ in 0..1000 {
-                let u: Vec<f32> = (0..L::COUNT).map(|_| random.unit()).collect();
-                let (x, weight) = filter.offset(L::load(&u));
-                for (i, u) in u.iter().enumerate() {
-                    let (one, its_weight) = filter.offset(*u);
-                    assert_eq!(x.lane(i).to_bits(), one.to_bits());
+                let mut numbers = || -> Vec<f32> { (0..L::COUNT).map(|_| random.unit()).collect() };
+                let [u, v] = [numbers(), numbers()];
+                let samples: Vec<u32> = (0..L::COUNT as u32).map(|i| 11 * i + 4).collect();
+                let (at, weight) = filter.sample([L::load(&u), L::load(&v)], &samples);
+                for i in 0..L::COUNT {
+                    let (one, its_weight) = filter.sample([u[i], v[i]], &samples[i..]);
+                    for k in 0..2 {
+                        assert_eq!(at[k].lane(i).to_bits(), one[k].to_bits());
+                    }
                     assert_eq!(weight.lane(i).to_bits(), its_weight.to_bits());
                 }
             }
@@ -348,7 +537,7 @@ mod tests {
             for _ in 0..3000 {
                 let start = std::time::Instant::now();
                 for u in &squares {
-                    std::hint::black_box(filter.sample(*u));
+                    std::hint::black_box(filter.sample(*u, &[7; 8]));
                 }
                 let time = start.elapsed().as_secs_f64() * 1e9;
                 best = best.min(time / squares.len() as f64);

@@ -159,6 +159,15 @@ impl LightArgs {
                 adaptive.most()
             ));
         }
+        let filter = self.filter.unwrap_or(config.filter);
+        let asked = adaptive.map_or(spp, |adaptive| adaptive.most());
+        let spp = filter.samples(asked);
+        if spp != asked {
+            complain(&format!(
+                "note: --filter mitchell takes 1, 2, 4, 8 or a multiple of 16 samples, of which 1 in \
+                 16 is negative: {asked} is {spp}"
+            ));
+        }
         Ok(RenderConfig {
             integrator,
             adaptive,
@@ -166,10 +175,10 @@ impl LightArgs {
                 is_unbiased: kind == CacheKind::Unbiased,
                 error: self.cache_error.unwrap_or(0.2),
             }),
-            spp: adaptive.map_or(spp, |adaptive| adaptive.most()),
+            spp,
             max_depth: self.max_depth.unwrap_or(max_depth),
             sampler: self.sampler.unwrap_or(config.sampler),
-            filter: self.filter.unwrap_or(config.filter),
+            filter,
             ..config
         })
     }

@@ -118,10 +118,11 @@ impl Exposure {
 }
 
 impl RenderConfig {
-    /// Returns the number of samples of each pixel; with [`RenderConfig::adaptive`], the most.
+    /// Returns the number of samples of each pixel; with [`RenderConfig::adaptive`], the most. It
+    /// is one that the filter can have.
     pub fn samples(&self) -> u32 {
         match self.grid {
-            Grid::Centers => self.spp,
+            Grid::Centers => self.filter.samples(self.spp),
             Grid::Corners => 1,
         }
     }

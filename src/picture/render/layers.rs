@@ -83,7 +83,8 @@ impl<'s> PathOutputs<'s> {
         let count = sums.all.count();
         for (layer, number) in picture.layers.iter_mut().zip(&self.numbers) {
             for row in 0..sums.all.pixels() {
-                layer.color[place(row as u32)] = mean(sums.layers[*number].of(row), count);
+                let color = mean(sums.layers[*number].of(row), count);
+                layer.color[place(row as u32)] = bounded(&layer.name, color);
             }
         }
         if let (Some(column), Some(half)) = (&mut picture.variance, &sums.half) {
@@ -112,6 +113,17 @@ impl<'s> PathOutputs<'s> {
 fn mean(sum: [f64; 4], count: u32) -> Rgb {
     let share = 1.0 / f64::from(count.max(1));
     std::array::from_fn(|k| finite(sum[k] * share))
+}
+
+/// Returns a layer's mean within its range: guides of a denoiser have one, which a filter with
+/// negative lobes would leave.
+fn bounded(layer: &str, color: Rgb) -> Rgb {
+    let [albedo, normal] = GUIDES;
+    match layer {
+        _ if layer == albedo => color.map(|c| c.clamp(0.0, 1.0)),
+        _ if layer == normal => color.map(|c| c.clamp(-1.0, 1.0)),
+        _ => color,
+    }
 }
 
 /// Returns the variance of the mean of samples, by their sum and that of the first half, with their
@@ -185,7 +197,10 @@ impl LayerFilm {
         }
         for (layer, number) in picture.layers.iter_mut().zip(&outputs.numbers) {
             for (pixel, color) in layer.color.iter_mut().enumerate() {
-                *color = mean(self.layers[*number][pixel], counts[pixel]);
+                *color = bounded(
+                    &layer.name,
+                    mean(self.layers[*number][pixel], counts[pixel]),
+                );
             }
         }
         if let (Some(names), Some(film)) = (&outputs.mattes, &self.met) {

@@ -203,8 +203,8 @@ impl<'s> MatteNames<'s> {
             all.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
             let rows = &mut matte.rows[pixel * ranks..][..ranks];
             for (row, (id, weight)) in rows.iter_mut().zip(all) {
-                // The filter may have negative lobes.
-                *row = [f32::from_bits(id), (weight * share).max(0.0)];
+                // A filter with negative lobes goes beyond both ends.
+                *row = [f32::from_bits(id), (weight * share).clamp(0.0, 1.0)];
             }
         }
     }

@@ -369,7 +369,7 @@ impl PathTile<'_> {
         let at = spots.map(|spot| (self.corner.0 + spot.x, self.corner.1 + spot.y));
         let key = at.map(|(x, y)| sampler.key(x, y));
         let [u, v, on_lens @ ..] = sampler.pad(Words::load(&key), Words::load(samples), 0);
-        let [(dx, wx), (dy, wy)] = [u, v].map(|u: Singles| filter.offset(u));
+        let ([dx, dy], weight): ([Singles; 2], _) = filter.sample([u, v], samples);
         let half = Doubles::splat(0.5);
         let place = |of: fn((u32, u32)) -> u32| Doubles::load(&at.map(|p| f64::from(of(p))));
         let across = self.generator.across(place(|p| p.0), half + dx.widen());
@@ -380,7 +380,7 @@ impl PathTile<'_> {
         }
         let lanes = self.generator.seeing(&rays.1, count);
         queue.push_some(lanes, rays, rows);
-        queue.weigh_some(wx * wy, lanes);
+        queue.weigh_some(weight, lanes);
         for i in (0..count).filter(|i| lanes >> i & 1 != 0) {
             keys.push(key[i]);
         }

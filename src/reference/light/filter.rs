@@ -6,6 +6,11 @@ use std::f64::consts::PI;
 
 const CELLS: usize = 512;
 
+/// The model gives the last of so many samples to the filter's negative parts, and weighs the
+/// later half of the others so that the weights of a period, and those of its first half, add up
+/// to the number of samples.
+const PERIOD: u32 = 16;
+
 /// The profile of a pixel filter; lengths in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Profile {
@@ -50,9 +55,8 @@ pub struct Filter {
     /// Ends of the cells by their distance from the centre, from the edge inwards, the
     /// profile's magnitude there, and the mass outside.
     ends: Vec<[f64; 3]>,
-    /// The distance beyond which the profile is negative, and the weight of a sample.
-    lobe: f64,
-    weight: f64,
+    /// The mass beyond the profile's zero, of a half.
+    outer: f64,
 }
 
 impl Filter {
@@ -69,7 +73,7 @@ impl Filter {
             true => radius - (radius - lobe) * i as f64 / outside as f64,
             false => lobe * (CELLS - i) as f64 / inside as f64,
         };
-        let (mut total, mut net) = (0.0, 0.0);
+        let (mut total, mut negative) = (0.0, 0.0);
         let mut ends: Vec<[f64; 3]> = Vec::new();
         for i in 0..=CELLS {
             let x = place(i);
@@ -77,27 +81,60 @@ impl Filter {
             if let Some([before, from, _]) = ends.last() {
                 let mass = 0.5 * (from + value) * (before - x);
                 total += mass;
-                net += if *before > lobe { -mass } else { mass };
+                if *before > lobe {
+                    negative += mass;
+                }
             }
             ends.push([x, value, total]);
         }
         Filter {
             profile,
             ends,
-            lobe,
-            weight: total / net,
+            outer: if lobe < radius { negative } else { 0.0 },
         }
     }
 
-    /// Returns the offset from the pixel's centre for a number in [0, 1), and the weight of a
-    /// sample there.
-    pub fn offset(&self, u: f64) -> (f64, f64) {
+    /// Returns the offsets from the pixel's centre of a sample with two numbers in [0, 1), and its
+    /// weight.
+    pub fn sample(&self, [u, v]: [f64; 2], sample: u32) -> ([f64; 2], f64) {
+        let total = self.ends[CELLS][2];
+        if self.outer == 0.0 {
+            return ([u, v].map(|u| self.offset(u, [0.0, total])), 1.0);
+        }
+        // Of a whole profile of integral 1.
+        let net = total - 2.0 * self.outer;
+        let [a, b] = [total - self.outer, self.outer].map(|mass| mass / net);
+        let (lobes, negative) = ([[self.outer, total], [0.0, self.outer]], 2.0 * a * b);
+        let positive = a * a + b * b;
+        let (half, number) = (0.5 * f64::from(PERIOD), sample % PERIOD);
+        if number + 1 == PERIOD {
+            let (u, x) = if u < 0.5 {
+                (2.0 * u, 1)
+            } else {
+                (2.0 * u - 1.0, 0)
+            };
+            let at = [self.offset(u, lobes[x]), self.offset(v, lobes[1 - x])];
+            return (at, -2.0 * half * negative);
+        }
+        let corners = b * b / positive;
+        let (u, lobe) = match u < corners {
+            true => (u / corners, 1),
+            false => ((u - corners) / (1.0 - corners), 0),
+        };
+        let weight = match f64::from(number) < half {
+            true => 1.0,
+            false => (2.0 * half * positive - half) / (half - 1.0),
+        };
+        ([u, v].map(|u| self.offset(u, lobes[lobe])), weight)
+    }
+
+    /// Returns the offset along one axis for a number in [0, 1), between two masses from the edge.
+    fn offset(&self, u: f64, [low, high]: [f64; 2]) -> f64 {
         if self.profile == Profile::Box {
-            return (u - 0.5, 1.0);
+            return u - 0.5;
         }
         let half = if u < 0.5 { u } else { 1.0 - u };
-        let total = self.ends[CELLS][2];
-        let mass = 2.0 * half * total;
+        let mass = low + 2.0 * half * (high - low);
         let after = self.ends.partition_point(|end| end[2] <= mass);
         let after = after.clamp(1, CELLS);
         let ([outer, from, before], [inner, to, _]) = (self.ends[after - 1], self.ends[after]);
@@ -107,9 +144,7 @@ impl Filter {
         let root = (b * b + 4.0 * a * c).max(0.0).sqrt();
         let t = if c > 0.0 { 2.0 * c / (b + root) } else { 0.0 };
         let distance = outer - t.min(1.0) * width;
-        let sign = if outer > self.lobe { -1.0 } else { 1.0 };
-        let offset = if u < 0.5 { -distance } else { distance };
-        (offset, sign * self.weight)
+        if u < 0.5 { -distance } else { distance }
     }
 }
 
@@ -127,14 +162,20 @@ mod tests {
         ];
         for profile in all {
             let filter = Filter::new(profile);
-            let of = |i: u32| filter.offset((f64::from(i) + 0.5) / 20_000.0);
+            let of = |i: u32| {
+                let number = f64::from(i / PERIOD);
+                let u = (number + 0.5) / 2_000.0;
+                filter.sample([u, (number * 0.618_033_988_75).fract()], i)
+            };
             let (mut weights, mut places) = (0.0, 0.0);
-            for (offset, weight) in (0..20_000).map(of) {
+            for ([x, y], weight) in (0..2_000 * PERIOD).map(of) {
                 weights += weight;
-                places += weight * offset;
+                places += weight * (x + y);
             }
-            assert!((weights / 20_000.0 - 1.0).abs() < 1e-3, "{profile:?}");
-            assert!(places.abs() < 1e-6, "{profile:?}");
+            let mean = weights / f64::from(2_000 * PERIOD);
+            assert!((mean - 1.0).abs() < 1e-12, "{profile:?}: {mean}");
+            let place = places / f64::from(2_000 * PERIOD);
+            assert!(place.abs() < 2e-3, "{profile:?}: {place}");
         }
     }
 }

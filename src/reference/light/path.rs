@@ -142,7 +142,7 @@ impl LightReference<'_> {
         let [u, v, _, _] = self.sobol.pad([x, y], sample, 0);
         let camera = &self.settings.camera;
         let [width, height] = self.settings.size.map(f64::from);
-        let [(dx, of_x), (dy, of_y)] = [u, v].map(|u| self.filter.offset(u));
+        let ([dx, dy], weight) = self.filter.sample([u, v], sample);
         let across = 2.0 * (f64::from(x) + 0.5 + dx + moved[0]) / width - 1.0;
         let up = 1.0 - 2.0 * (f64::from(y) + 0.5 + dy + moved[1]) / height;
         let half = camera.projection.half_height();
@@ -154,7 +154,7 @@ impl LightReference<'_> {
         State {
             org,
             dir,
-            weight: [of_x * of_y; 3],
+            weight: [weight; 3],
             pdf: f64::INFINITY,
             normal: DVec3::ZERO,
             compression: 1.0,

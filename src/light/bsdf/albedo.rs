@@ -10,10 +10,20 @@
 
 use super::albedo_table::{ALBEDO, COLUMNS, ROWS};
 use super::fresnel::schlick;
+use super::microfacet::{Ggx, mirror, mirrored_pdf, visibility};
+use lanecast_numerics::math::Vec3;
 use lanecast_numerics::math::lanes::{Lanes, max, min};
 
 /// The factor of α in the first coordinate.
 const WIDTH: f32 = 3.0;
+
+/// Points of the lattice over which the albedo of a stretched lobe is summed, and its step: two
+/// numbers of Fibonacci's.
+const LATTICE: [u32; 2] = [144, 89];
+
+/// The share of what a stretched lobe loses that is given back: the lattice's error is at most
+/// 0.8 % of the albedo, and with this no surface gains light.
+pub const STRETCHED_RETURN: f32 = 0.97;
 
 /// E and B of a lobe seen at one angle.
 #[derive(Clone, Copy, Debug)]
@@ -75,6 +85,33 @@ impl AlbedoRow {
             |i| self.entries[place(i) + 1],
         );
         of_table(mu, white, rest)
+    }
+}
+
+/// Computes the albedos of a lobe with two α as seen from `out`: G₂/G₁ summed over visible
+/// normals, which a lattice of the unit square chooses, dense towards the horizon by u = 1 − r².
+/// E is within 0.8 % and 0.13 % in the root of the mean square.
+#[inline(never)]
+pub fn stretched_albedo<L: Lanes<Scalar = f32>>(ggx: &Ggx<L>, out: Vec3<L>) -> Albedo<L> {
+    let [points, step] = LATTICE;
+    let (zero, one) = (L::zero(), L::splat(1.0));
+    let seen = (out.z, ggx.stretch(out));
+    let scale = one / mirrored_pdf(seen);
+    let (mut white, mut weighed) = (zero, zero);
+    for i in 0..points {
+        let r = 1.0 - (i as f32 + 0.5) / points as f32;
+        let v = ((i * step % points) as f32 + 0.5) / points as f32;
+        let normal = ggx.sample(out, seen.1, [1.0 - r * r, v].map(L::splat));
+        let into = mirror(out, normal);
+        let weight = L::splat(2.0 * r / points as f32);
+        let part = weight * into.z * scale * visibility(seen, (into.z, ggx.stretch(into)));
+        let part = L::select(into.z.gt(zero), part, zero);
+        white = white + part;
+        weighed = weighed + part * schlick(min(out.dot(normal), one));
+    }
+    Albedo {
+        white: min(white, one),
+        schlick: weighed,
     }
 }
 
@@ -181,6 +218,84 @@ mod tests {
             }
         }
         sums.map(|sum| sum / (n * n) as f64)
+    }
+
+    /// The lattice against the table, which round lobes have.
+    #[test]
+    fn a_round_lobe_has_the_albedo_of_the_table() {
+        for alpha in [0.01_f32, 0.1, 0.4, 0.8, 1.0] {
+            for mu in [1.0_f32, 0.8, 0.5, 0.2, 0.05] {
+                let out = Vec3::new((1.0 - mu * mu).sqrt(), 0.0, mu);
+                let found = stretched_albedo(&Ggx::stretched(alpha, alpha), out);
+                let expected = albedo(mu, alpha);
+                let off = [
+                    found.white / expected.white - 1.0,
+                    found.schlick - expected.schlick,
+                ];
+                assert!(off.iter().all(|x| x.abs() < 1e-2), "{alpha} {mu}: {off:?}");
+            }
+        }
+    }
+
+    /// Integrates E of a lobe with two α, as seen from an azimuth in turns, by the midpoint rule.
+    fn integrate_stretched(mu: f64, turn: f64, [ax, ay]: [f64; 2], n: usize) -> f64 {
+        let across = (1.0 - mu * mu).max(0.0).sqrt();
+        let (sin, cos) = (turn * std::f64::consts::TAU).sin_cos();
+        let out = [across * cos, across * sin, mu];
+        let stretch = |w: [f64; 3]| libm::hypot(libm::hypot(ax * w[0], ay * w[1]), w[2]);
+        let size = stretch(out);
+        let seen = [ax * out[0] / size, ay * out[1] / size, mu / size];
+        let mut sum = 0.0;
+        for (i, j) in (0..n * n).map(|k| (k % n, k / n)) {
+            let (sin, cos) = ((j as f64 + 0.5) / n as f64 * std::f64::consts::TAU).sin_cos();
+            let rest = 1.0 - (i as f64 + 0.5) / n as f64;
+            let z = rest.powi(3) * (1.0 + seen[2]) - seen[2];
+            let r = (1.0 - z * z).max(0.0).sqrt();
+            let h = [
+                ax * (r * cos + seen[0]),
+                ay * (r * sin + seen[1]),
+                z + seen[2],
+            ];
+            let length = libm::hypot(libm::hypot(h[0], h[1]), h[2]);
+            let h = h.map(|c| c / length);
+            let o_h = out[0] * h[0] + out[1] * h[1] + out[2] * h[2];
+            let l = [0, 1, 2].map(|k| 2.0 * o_h * h[k] - out[k]);
+            if l[2] > 0.0 {
+                sum += 3.0 * rest * rest * l[2] * (mu + size) / (l[2] * size + mu * stretch(l));
+            }
+        }
+        sum / (n * n) as f64
+    }
+
+    /// What a white stretched metal reflects in a white furnace: with what is given back.
+    #[test]
+    fn brushed_surfaces_make_no_light() {
+        let (mut least, mut most, mut sum, mut count) = (2.0_f64, 0.0_f64, 0.0, 0.0);
+        for roughness in [0.0, 0.1, 0.2, 0.4, 0.6, 0.8] {
+            for anisotropy in [0.1, 0.3, 0.6, 0.8, 1.0] {
+                let across = f64::max(roughness * roughness, 1e-4);
+                let alphas = [across + (1.0 - across) * anisotropy * anisotropy, across];
+                for mu in [1.0, 0.8, 0.5, 0.2, 0.05] {
+                    for turn in [0.0, 0.08, 0.17, 0.25] {
+                        let exact = integrate_stretched(mu, turn, alphas, 160);
+                        let level = (1.0 - mu * mu).sqrt();
+                        let (sin, cos) = (turn * std::f64::consts::TAU).sin_cos();
+                        let [x, y, z] = [level * cos, level * sin, mu].map(|c| c as f32);
+                        let ggx = Ggx::stretched(alphas[0] as f32, alphas[1] as f32);
+                        let told = stretched_albedo(&ggx, Vec3::new(x, y, z)).white;
+                        let lost = f64::from((1.0 - told) / told * STRETCHED_RETURN);
+                        let found = exact * (1.0 + lost);
+                        assert!(
+                            found > 0.97 && found < 1.001,
+                            "{roughness} {anisotropy} {mu} {turn}: {found}"
+                        );
+                        (least, most) = (least.min(found), most.max(found));
+                        (sum, count) = (sum + found, count + 1.0);
+                    }
+                }
+            }
+        }
+        println!("{least:.4} to {most:.4}, mean {:.4}", sum / count);
     }
 
     fn place(row: usize, column: usize) -> (f64, f64) {

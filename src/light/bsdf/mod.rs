@@ -19,7 +19,7 @@
 //!
 //! White materials in a white furnace are 1 at any roughness, within 0.5 % and never above
 //! 1.001 (tests.rs). Three are not: rough solid glass loses what is scattered twice; stretched
-//! lobes are compensated as round ones (-1 % to +3 %); below a film the base is weighed by the
+//! lobes are 0.97 to 1.001, for 3 % of what they lose is not given back; below a film the base is weighed by the
 //! film's most reflective channel (up to 9 % dark).
 
 mod albedo;

@@ -403,8 +403,8 @@ fn rough_glass_makes_no_light() {
     }
 }
 
-/// Stretched lobes are compensated as round ones, and below films the base is weighed by the
-/// film's most reflective channel at one angle: neither is exact.
+/// Stretched lobes are given back 97 % of what they lose (albedo.rs), and below films the base is
+/// weighed by the film's most reflective channel at one angle.
 #[test]
 fn brushed_and_iridescent_surfaces_nearly_keep_their_energy() {
     for roughness in [0.1, 0.4, 0.8] {
@@ -412,9 +412,9 @@ fn brushed_and_iridescent_surfaces_nearly_keep_their_energy() {
             for cos in ANGLES {
                 let material = metallic(metal, roughness);
                 let brushed = layered(material, |l| l.anisotropy = 0.5);
-                let found = albedo(&brushed, 1.5, cos, 1 << 14);
+                let found = albedo(&brushed, 1.5, cos, 1 << 12);
                 assert!(
-                    found > 0.99 && found < 1.03,
+                    found > 0.985 && found < 1.002,
                     "{metal} {roughness} {cos}: {found}"
                 );
                 let soap = layered(material, |l| l.iridescence = 1.0);

@@ -9,7 +9,7 @@
 
 mod sample;
 
-use super::albedo::{AlbedoRow, albedo, mirror_albedo};
+use super::albedo::{AlbedoRow, STRETCHED_RETURN, albedo, mirror_albedo, stretched_albedo};
 use super::coat::{Coat, CoatHit};
 use super::diffuse::{Eon, EonColor};
 use super::film::Film;
@@ -186,19 +186,13 @@ impl Layered {
     ) -> Prepared<L> {
         let (zero, one) = (L::zero(), L::splat(1.0));
         let out = self.turned(out);
-        let mut alpha = looks.roughness * looks.roughness;
+        let alpha = looks.roughness * looks.roughness;
         let mut ggx = Ggx::new(alpha);
         if let Some(stretch) = self.stretch {
             // Where the surface is smooth across, f32 needs some width.
             let across = max(alpha, L::splat(1e-4));
             let along = across + (one - across) * L::splat(stretch.squared);
             ggx = Ggx::stretched(along, across);
-            // A round lobe of about the same albedo: that of the roughness along `out`, which
-            // masks, and towards normal incidence of the mean.
-            let (along, across) = (along * along, across * across);
-            let (x, y, z) = (out.x * out.x, out.y * out.y, out.z * out.z);
-            let half = L::splat(0.5) * z;
-            alpha = (along * (x + half) + across * (y + half)).sqrt();
         }
         // The layers above, and what each leaves to those below it.
         let mut rest = one;
@@ -222,16 +216,20 @@ impl Layered {
         let metallic = looks.metallic * rest;
         let other = (one - looks.metallic) * rest;
         let albedo = if !self.smooth && (self.gloss || self.glass && self.window.thin) {
-            match &self.albedo {
-                Some(row) => row.at(out.z),
-                None => albedo(out.z, alpha),
+            match (&self.albedo, self.stretch) {
+                (Some(row), _) => row.at(out.z),
+                (None, Some(_)) => stretched_albedo(&ggx, out),
+                (None, None) => albedo(out.z, alpha),
             }
         } else {
             mirror_albedo(out.z)
         };
         let (e, e5) = (albedo.white, albedo.schlick);
         let inverse = one / e;
-        let lost = (one - e) * inverse;
+        let mut lost = (one - e) * inverse;
+        if self.stretch.is_some() {
+            lost = lost * L::splat(STRETCHED_RETURN);
+        }
         let (mut a, mut b) = ([zero; 3], [zero; 3]);
         let mut film = [[zero; 3]; 2];
         let mut shine = zero;

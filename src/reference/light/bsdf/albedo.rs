@@ -12,6 +12,9 @@ use glam::DVec3;
 const COLUMNS: usize = 64;
 const ROWS: usize = 48;
 
+/// Points of the lattice by which the model defines the albedo of a stretched lobe, and its step.
+const LATTICE: [u32; 2] = [144, 89];
+
 /// Points of the quadrature along each axis.
 const POINTS: usize = 160;
 
@@ -26,18 +29,12 @@ pub struct Albedo {
 impl Albedo {
     /// Integrates the nodes around an α; α = 0 is a perfect mirror.
     pub fn new(alpha: f64) -> Albedo {
-        Albedo::between([alpha, alpha])
-    }
-
-    /// Integrates the nodes around all α between two.
-    pub fn between(alphas: [f64; 2]) -> Albedo {
-        let [first, last] = alphas.map(|alpha| (place(alpha) as usize).min(ROWS - 2));
+        let first = (place(alpha) as usize).min(ROWS - 2);
         let row = |row: usize| (0..COLUMNS).map(|column| at_node(row, column)).collect();
-        let smooth = alphas == [0.0; 2];
         Albedo {
-            rows: match smooth {
+            rows: match alpha == 0.0 {
                 true => Vec::new(),
-                false => (first..=last + 1).map(row).collect(),
+                false => (first..=first + 1).map(row).collect(),
             },
             first,
         }
@@ -61,6 +58,26 @@ impl Albedo {
         let [e, rest] = between(low, high, s);
         [e, (e * schlick(mu) + rest).max(0.0)]
     }
+}
+
+/// Returns E and B of a stretched lobe, as the model defines them: sums over the visible normals of
+/// a rank-1 lattice (i + ½, 89 i + ½ mod 144)/144 whose first number is r = 1 − √(1 − u).
+pub fn of_stretched(ggx: &Ggx, out: DVec3) -> [f64; 2] {
+    let [points, step] = LATTICE;
+    let mut sums = [0.0; 2];
+    for i in 0..points {
+        let [r, v] = [i, i * step % points].map(|k| (f64::from(k) + 0.5) / f64::from(points));
+        let u = 1.0 - (1.0 - r).powi(2);
+        let h = ggx.sample(out, [u, v]);
+        let into = h * (2.0 * out.dot(h)) - out;
+        if into.z > 0.0 {
+            let part = 2.0 * (1.0 - r) * ggx.masking_shadowing(out, into) / ggx.masking(out);
+            sums[0] += part;
+            sums[1] += part * schlick(out.dot(h));
+        }
+    }
+    let [e, b] = sums.map(|sum| sum / f64::from(points));
+    [e.min(1.0), b]
 }
 
 /// Returns the place of α among the rows.

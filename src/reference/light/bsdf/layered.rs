@@ -2,7 +2,7 @@
 //! multiple scattering (Turquin 2019), one direction at a time.
 
 use super::super::maps::cosine_hemisphere;
-use super::albedo::Albedo;
+use super::albedo::{Albedo, of_stretched};
 use super::coat::Coat;
 use super::diffuse::Eon;
 use super::film::Film;
@@ -36,6 +36,7 @@ pub struct Layered {
     film: Option<Film>,
     /// α along x and y of the turned frame; they differ under anisotropy.
     alphas: [f64; 2],
+    is_stretched: bool,
     /// Cosine and sine of the turn of the frame.
     turn: [f64; 2],
 }
@@ -94,7 +95,7 @@ impl Layered {
             metallic,
             ggx: Ggx::stretched(alphas[0], alphas[1]),
             smooth: alphas == [0.0; 2],
-            albedo: Albedo::between([alphas[1], alphas[0]]),
+            albedo: Albedo::new(alphas[1]),
             transmission: share(material.transmission),
             window: Window {
                 thin: layers.thin_walled,
@@ -116,6 +117,7 @@ impl Layered {
                 Film::new(iridescence, ior.into(), thickness.into())
             }),
             alphas,
+            is_stretched: anisotropy > 0.0,
             turn: [cos, sin],
         }
     }
@@ -163,7 +165,7 @@ impl Layered {
     fn seen(&self, out: DVec3) -> Seen {
         let compensated = self.has_gloss() || self.has_glass() && self.window.thin;
         let [e, b5] = match compensated {
-            true => self.albedo.at(out.z, self.alpha_along(out)),
+            true => self.albedos(out),
             false => [1.0, schlick(out.z)],
         };
         // What sheen and coat leave to what is below them.
@@ -176,8 +178,12 @@ impl Layered {
         let coat = self.coat.as_ref().map_or([0.0; 2], |c| c.seen(out.z));
         let [coat, coated] = coat.map(|x| rest * x);
         rest = (rest - coated).max(0.0);
-        // Turquin's factor for a reflectance F₀.
-        let gain = |f0: f64| 1.0 + f0 * (1.0 - e) / e;
+        // Turquin's factor for a reflectance F₀; stretched lobes are given back a part.
+        let lost = match self.is_stretched {
+            true => 0.97 * (1.0 - e) / e,
+            false => (1.0 - e) / e,
+        };
+        let gain = |f0: f64| 1.0 + f0 * lost;
         let (metallic, other) = (rest * self.metallic, rest * (1.0 - self.metallic));
         let opaque = other * (1.0 - self.transmission);
         let (mut a, mut b, mut covered) = ([0.0; 3], [0.0; 3], 0.0_f64);
@@ -199,7 +205,6 @@ impl Layered {
             (a, b) = [a, b].map(|c| c.map(|x| x * (1.0 - layer.share))).into();
             // Its albedo is taken for the term at the cosine where Schlick's is its mean.
             let cos = 1.0 - (b5 / e).clamp(0.0, 1.0).powf(0.2);
-            let lost = (1.0 - e) / e;
             if self.metallic > 0.0 {
                 let term = layer.reflectance(cos, self.base_color);
                 film[0] = term.map(|f| layer.share * metallic * (1.0 + f * lost));
@@ -260,14 +265,12 @@ impl Layered {
         DVec3::new(v.x * cos + v.y * sin, v.y * cos - v.x * sin, v.z)
     }
 
-    /// The α of a round lobe of about the same albedo as a stretched one.
-    fn alpha_along(&self, out: DVec3) -> f64 {
-        let [along, across] = self.alphas.map(|alpha| alpha * alpha);
-        if along == across {
-            return self.alphas[0];
+    /// Returns E and B of the gloss.
+    fn albedos(&self, out: DVec3) -> [f64; 2] {
+        match self.is_stretched {
+            true => of_stretched(&self.ggx, out),
+            false => self.albedo.at(out.z, self.alphas[0]),
         }
-        let half = 0.5 * out.z * out.z;
-        (along * (out.x * out.x + half) + across * (out.y * out.y + half)).sqrt()
     }
 
     /// Returns the Fresnel term of the gloss with all weights.

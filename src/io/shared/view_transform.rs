@@ -269,14 +269,19 @@ impl Developer {
         self.tone.apply(color.map(|c| f64::from(c) * self.factor))
     }
 
-    /// Returns the codes of a displayed colour, from 0 to 1, at a pixel.
+    /// Returns the codes of a displayed colour, from 0 to 1, at a pixel. Black and white are
+    /// themselves, whatever the dither.
     fn encode(&self, displayed: [f64; 3], x: u32, y: u32) -> [u16; 3] {
         let lift = match self.dither {
             true => threshold(x, y),
             false => 0.5,
         };
         let highest = f64::from(self.highest);
-        displayed.map(|c| (srgb_from_linear(c) * highest + lift).min(highest) as u16)
+        displayed.map(|c| match c >= 1.0 {
+            // The transfer function is a rounding below 1 there.
+            true => self.highest,
+            false => (srgb_from_linear(c) * highest + lift).min(highest) as u16,
+        })
     }
 }
 

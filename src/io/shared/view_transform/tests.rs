@@ -171,6 +171,26 @@ fn dithered_means_are_right_in_small_blocks() {
 }
 
 #[test]
+fn black_and_white_are_not_dithered() {
+    for bits in [Bits::Eight, Bits::Sixteen] {
+        let developer = Development {
+            dither: true,
+            bits,
+            ..Development::default()
+        }
+        .developer();
+        for (x, y) in (0..4096).map(|k| (k % 64, k / 64)) {
+            let ends = [1.0, 0.0, 7.5].map(|c: f32| if c > 0.0 { bits.highest() } else { 0 });
+            assert_eq!(developer.codes([1.0, 0.0, 7.5], x, y), ends, "{x} {y}");
+            for alpha in [0.0, 0.25, 1.0] {
+                let codes = developer.codes_over([1.0, -1.0, 1.0], alpha, [1.0, 0.0, 1.0], x, y);
+                assert_eq!(codes, ends, "{x} {y} {alpha}");
+            }
+        }
+    }
+}
+
+#[test]
 fn codes_round_as_the_table_does() {
     let table = crate::SrgbEncoder::new();
     let plain = Development::default();

@@ -10,7 +10,7 @@ use super::args::RenderArgs;
 use super::denoise::{self, Denoiser};
 use super::error::CliError;
 use super::output::{Results, check_destinations, complain, printable_line, with_name_end};
-use super::pipeline::{Prepared, complete, load, named, of_camera, structure, warn_of_losses};
+use super::pipeline::{Prepared, complete, load, named, of_camera, structure_of, warn_of_losses};
 use super::progress::{Drawing, rate};
 use super::render::files;
 use super::scene::{pick_camera, viewed};
@@ -85,7 +85,7 @@ pub fn run(
     let (development, config) = (&development, &config);
     let prepared = complete(loaded, named(scene), config, &mut watch, &mut stats)?;
     interrupt::check(&progress)?;
-    let structure = structure(&prepared.plan, &prepared.kd);
+    let structure = structure_of(&prepared.plan, &prepared.kd, prepared.counts);
     let pays = places_meshes(&prepared.scene, &prepared.instances);
     let Prepared {
         mut scene,

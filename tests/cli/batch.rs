@@ -152,6 +152,13 @@ fn a_task_has_the_bits_of_render() {
                 output = \"{frame}/{camera}.exr\"\n[render]\nsize = \"18x14\"\nspp = 8\n\
                 shutter = \"0..0.5\"\naov = \"motion\"\nintegrator = \"path\"\nmetadata = \"none\"\n";
     has_the_bits_of_render(blur, 8);
+    // Variants of a scene share its trees only if they trace by one structure.
+    let heat = "format = 1\nscene = \"s/block.toml\"\nframe = [0, 12]\n\
+                variant = [{ name = \"light\", integrator = \"path\", spp = 2 }, \
+                { name = \"heat\", integrator = \"heat\" }, \
+                { name = \"cells\", integrator = \"heat\", accel = \"kd\" }]\n\
+                render = { size = \"18x14\" }\n";
+    has_the_bits_of_render(heat, 6);
 }
 
 /// Of a file's animation the frames of all tasks are read at once.

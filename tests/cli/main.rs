@@ -28,6 +28,7 @@ mod placed_cameras;
 mod roots;
 mod run;
 mod scad;
+mod sequences;
 mod shutters;
 mod solids;
 mod solvers;

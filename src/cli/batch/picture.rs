@@ -10,7 +10,7 @@ use crate::args::Told;
 use crate::denoise::{self, Denoiser};
 use crate::error::CliError;
 use crate::metadata;
-use crate::pipeline::{Prepared, complete, named, of_camera, structure, warn_of_losses};
+use crate::pipeline::{Prepared, complete, named, of_camera, structure_of, warn_of_losses};
 use crate::render::{check_alpha, exposed, files as picture_files};
 use crate::scene::{pick_camera, viewed};
 use crate::{ground, interrupt, memory, motion, shutter, tile};
@@ -35,6 +35,7 @@ pub struct Loaded {
 
 /// A world that tasks use, or may use next.
 struct Kept {
+    structure: Structure,
     /// The time of what moves.
     time: Option<u64>,
     world: Arc<World>,
@@ -60,8 +61,8 @@ impl Loaded {
         all.map(|(_, bytes)| bytes as u64).sum()
     }
 
-    /// Returns the world of a task at a time, and whether it is the scene's first, which is built
-    /// on `pool` while others wait.
+    /// Returns the world of a task at a time, and whether it is the scene's first. The first of each
+    /// structure is built on `pool` while others wait.
     fn world(
         &self,
         prepared: &Prepared,
@@ -69,52 +70,59 @@ impl Loaded {
         (watch, stats): (&mut Watch, &mut Stats),
     ) -> (Arc<World>, bool) {
         let time = prepared.scene.moves().then_some(time.to_bits());
+        let structure = structure_of(&prepared.plan, &prepared.kd, prepared.counts);
+        let kept = |world: &Arc<World>| Kept {
+            structure,
+            time,
+            world: Arc::clone(world),
+        };
         let mut worlds = self.worlds.lock().unwrap_or_else(PoisonError::into_inner);
-        if worlds.is_empty() {
+        let alike = |kept: &&Kept| kept.structure == structure;
+        if !worlds.iter().any(|kept| alike(&kept)) {
+            let is_first = worlds.is_empty();
             let world = Arc::new(prepared.world_on(pool, (watch, stats)));
-            worlds.push(Kept {
-                time,
-                world: Arc::clone(&world),
-            });
-            return (world, true);
+            worlds.push(kept(&world));
+            return (world, is_first);
         }
         let asked: &Tables = &prepared.scene;
         let is_same = |kept: &&Kept| {
             let tables: &Tables = &kept.world.scene;
             std::ptr::eq(tables, asked)
         };
-        if let Some(kept) = worlds.iter().find(is_same) {
+        if let Some(kept) = worlds.iter().filter(alike).find(is_same) {
             return (Arc::clone(&kept.world), false);
         }
         // Views and lights are no part of a tree: a world that nobody uses gets those of the task.
-        for kept in worlds.iter_mut().filter(|kept| kept.time == time) {
+        let of_time = |kept: &&mut Kept| kept.structure == structure && kept.time == time;
+        for kept in worlds.iter_mut().filter(of_time) {
             if let Some(world) = Arc::get_mut(&mut kept.world) {
                 world.scene = prepared.scene.clone();
                 world.instances = prepared.instances.clone();
                 return (Arc::clone(&kept.world), false);
             }
         }
-        let source = Arc::clone(&worlds[0].world);
+        let source = worlds
+            .iter()
+            .find(alike)
+            .map(|kept| Arc::clone(&kept.world));
         drop(worlds);
-        let is_wide = structure(&prepared.plan, &prepared.kd) == Structure::Bvh && !prepared.counts;
-        let world = Arc::new(match is_wide {
-            true => {
+        let world = Arc::new(match source.as_deref() {
+            Some(source) if structure == Structure::Bvh => {
                 let world = || source.at_time(&prepared.scene, &prepared.instances);
                 let world = prepared.pool.install(world);
                 stats.stages.push(watch.stage("build"));
                 world
             }
-            false => prepared.world(watch, stats),
+            _ => prepared.world(watch, stats),
         });
         drop(source);
         let mut worlds = self.worlds.lock().unwrap_or_else(PoisonError::into_inner);
         // Times go on; as many worlds stay as are in use, and one that others are made from.
-        let in_use = |kept: &Kept| kept.time == time || Arc::strong_count(&kept.world) > 1;
+        let in_use = |kept: &Kept| {
+            kept.structure != structure || kept.time == time || Arc::strong_count(&kept.world) > 1
+        };
         worlds.retain(in_use);
-        worlds.push(Kept {
-            time,
-            world: Arc::clone(&world),
-        });
+        worlds.push(kept(&world));
         (world, false)
     }
 }

@@ -6,6 +6,7 @@
 
 use crate::LoadError;
 use crate::environment_map::{check_size, told};
+use crate::exr_header::text_from;
 use crate::shared::folder::read_file;
 use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
 use image::codecs::{hdr::HdrDecoder, jpeg::JpegDecoder, png::PngDecoder};
@@ -102,11 +103,11 @@ fn openexr(bytes: &[u8]) -> Result<ChannelPicture, String> {
             return Err("its parts differ in size; take a file of one size".into());
         }
         let prefix = match layer.attributes.layer_name {
-            Some(name) if several => format!("{name}."),
+            Some(name) if several => format!("{}.", text_from(&name)),
             _ => String::new(),
         };
         for channel in layer.channel_data.list {
-            let name = format!("{prefix}{}", channel.name);
+            let name = format!("{prefix}{}", text_from(&channel.name));
             let values = match channel.sample_data {
                 FlatSamples::F16(values) => {
                     Channel::Numbers(values.iter().map(|x| x.to_f32()).collect())

@@ -50,12 +50,19 @@ fn add(layer: &mut LayerAttributes, name: &str, value: &Attribute) {
         Attribute::Double(number) => AttributeValue::F64(*number),
         Attribute::Matrix(m) => AttributeValue::Matrix4x4(*m),
     };
-    layer.other.insert(Text::from(name), value);
+    layer.other.insert(text_of(name), value);
 }
 
-/// Keeps a text's bytes, which are UTF-8.
-fn text_of(text: &str) -> Text {
-    Text::new_or_none(text).unwrap_or_else(|| Text::from_bytes_unchecked(text.bytes().collect()))
+/// Writes a text as UTF-8, which strict readers demand. The crate `exr` by itself writes Latin-1, and
+/// panics where that has no letter.
+pub(super) fn text_of(text: &str) -> Text {
+    Text::from_bytes_unchecked(text.bytes().collect())
+}
+
+/// Reads a text of UTF-8, or else of Latin-1.
+pub(super) fn text_from(text: &Text) -> String {
+    let utf8 = std::str::from_utf8(text.bytes());
+    utf8.map_or_else(|_| text.to_string(), str::to_owned)
 }
 
 /// Where the attributes begin: behind the magic number and the version.
@@ -137,6 +144,23 @@ fn attribute(bytes: &[u8], at: usize) -> Option<(&[u8], usize)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn texts_are_utf_8_and_latin_1_is_read() {
+        for text in ["plain", "Würfel é", "立方体"] {
+            let written = text_of(text);
+            assert_eq!(written.bytes(), text.as_bytes());
+            assert_eq!(text_from(&written), text);
+        }
+        let latin = Text::from_slice_unchecked(b"W\xfcrfel");
+        assert_eq!(text_from(&latin), "Würfel");
+        let mut layer = LayerAttributes::default();
+        let metadata = [("über".to_owned(), Attribute::Text("ü".into()))];
+        set(&metadata.into(), &mut layer);
+        let (name, value) = layer.other.iter().next().unwrap();
+        assert_eq!(name.bytes(), "über".as_bytes());
+        assert_eq!(*value, AttributeValue::Text(text_of("ü")));
+    }
 
     #[test]
     fn attributes_are_sorted_and_nothing_else_moves() {

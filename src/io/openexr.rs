@@ -25,6 +25,7 @@
 //! viewers group by layer. Values keep their bits, also the infinite depth where nothing
 //! was hit, and NaN.
 
+use crate::exr_header::text_of;
 use crate::{Matte, Picture, SaveError, exr_header};
 use exr::prelude::*;
 use std::io::Cursor;
@@ -81,7 +82,7 @@ pub(super) fn encode(
 fn channels(picture: &Picture, content: Content) -> Vec<AnyChannel<FlatSamples>> {
     let mut channels = Vec::new();
     let mut float = |name: String, values: Vec<f32>| {
-        channels.push(AnyChannel::new(name.as_str(), FlatSamples::F32(values)));
+        channels.push(AnyChannel::new(text_of(&name), FlatSamples::F32(values)));
     };
     let mut triple = |prefix: &str, components: [&str; 3], values: &[[f32; 3]]| {
         for (i, component) in components.iter().enumerate() {
@@ -156,7 +157,7 @@ fn channels(picture: &Picture, content: Content) -> Vec<AnyChannel<FlatSamples>>
         float("Z".into(), depth.clone());
     }
     let mut uint = |name: &str, values: Vec<u32>| {
-        channels.push(AnyChannel::new(name, FlatSamples::U32(values)));
+        channels.push(AnyChannel::new(text_of(name), FlatSamples::U32(values)));
     };
     if let Some(ids) = &picture.instance_id {
         uint("instance_id.lo", ids.iter().map(|id| *id as u32).collect());

@@ -221,10 +221,34 @@ fn outputs_that_a_picture_cannot_have_are_refused() {
     assert!(channels.contains("distance") && !channels.contains("emission.R"));
 }
 
+/// Readers that are strict refuse files whose texts are Latin-1.
+#[test]
+fn texts_of_headers_are_utf_8() {
+    let folder = folder();
+    let path = folder.path();
+    let ball = crate::run::BALL.replace("ball", "K\u{fc}gel");
+    let ball = ball.replace("[shape.K\u{fc}gel]", "[shape.\"K\u{fc}gel\"]");
+    fs::write(path.join("\u{e9}.toml"), ball).unwrap();
+    let more = ["--integrator", "path", "--spp", "1", "--size", "8x8"];
+    let aov = ["--aov", "crypto_object", "-o", "x.exr"];
+    let done = lanecast(
+        path,
+        &[&["render", "\u{e9}.toml"], &more[..], &aov].concat(),
+    );
+    assert!(done.status.success(), "{}", stderr(&done));
+    let bytes = fs::read(path.join("x.exr")).unwrap();
+    for text in ["\u{e9}.toml", "{\"K\u{fc}gel\":"] {
+        let has = bytes.windows(text.len()).any(|w| w == text.as_bytes());
+        assert!(has, "{text}");
+    }
+}
+
 #[test]
 fn names_of_groups_are_checked() {
     let folder = folder();
+    let long = "a".repeat(241);
     for (name, says) in [
+        (&long[..], "at most 240 letters"),
         ("a.b", "letters, digits"),
         ("", "letters, digits"),
         ("ungrouped", "name it otherwise"),

@@ -125,6 +125,12 @@ pub(super) fn group(
         );
         return Err(source.error(name.at, message));
     }
+    // Names of channels, here with `light_` and `.R`, have at most 255 bytes in OpenEXR files.
+    const LONGEST: usize = 240;
+    if name.value.len() > LONGEST {
+        let message = format!("a group's name has at most {LONGEST} letters");
+        return Err(source.error(name.at, message));
+    }
     if name.value == "ungrouped" {
         let message = "the group 'ungrouped' is that of lights without one; name it otherwise";
         return Err(source.error(name.at, message));

@@ -1,6 +1,7 @@
 //! Tests of written pictures, which the codecs' own readers read back.
 
 use super::*;
+use crate::Attribute;
 use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
 use std::collections::BTreeMap;
 
@@ -132,6 +133,29 @@ fn exr_keeps_every_bit() {
         assert_triple(&channels, ["R", "G", "B"], &picture.color);
         assert_aovs(&picture, &channels);
     }
+}
+
+/// Names of layers and texts of the header are UTF-8 in the file, and come back.
+#[test]
+fn exr_has_texts_of_utf_8() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("p.exr");
+    let mut picture = picture(2, 2);
+    picture.layers.push(Layer {
+        name: "light_Fläche_光".into(),
+        color: vec![[0.5; 3]; 4],
+    });
+    picture.metadata = vec![("scene".into(), Attribute::Text("Würfel.toml".into()))];
+    picture.save(&path).unwrap();
+    let bytes = std::fs::read(&path).unwrap();
+    let has = |text: &str| bytes.windows(text.len()).any(|w| w == text.as_bytes());
+    assert!(has("Würfel.toml") && has("light_Fläche_光.R"));
+    let channels = crate::read_channels(&path).unwrap().channels;
+    assert!(
+        channels.contains_key("light_Fläche_光.R"),
+        "{:?}",
+        channels.keys()
+    );
 }
 
 #[test]

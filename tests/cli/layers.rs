@@ -2,7 +2,7 @@
 
 use crate::run::{folder, lanecast, names, stderr};
 use exr::prelude::{AttributeValue, ReadChannels, ReadLayers, read};
-use lanecast::internals::io::Channel;
+use lanecast::internals::io::{Channel, read_channels};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
@@ -387,4 +387,29 @@ fn denoising_tells_what_it_lacks() {
     assert!(said.contains("--features denoise"), "{said}");
     assert_eq!(said.lines().count(), 1, "{said}");
     assert_eq!(names(folder.path()), before);
+}
+
+/// Where nothing is, ids are those of nothing.
+#[test]
+fn what_meets_nothing_has_the_largest_id() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), crate::run::BALL).unwrap();
+    let aov = [
+        "--size",
+        "9x9",
+        "--aov",
+        "instance_id,primitive_id",
+        "-o",
+        "x.exr",
+    ];
+    let done = lanecast(path, &[&["render", "s.toml"], &aov[..]].concat());
+    assert!(done.status.success(), "{}", stderr(&done));
+    let channels = read_channels(&path.join("x.exr")).unwrap().channels;
+    for name in ["instance_id.lo", "instance_id.hi", "primitive_id"] {
+        let Channel::Ids(ids) = &channels[name] else {
+            panic!("{name} is of numbers");
+        };
+        assert_eq!((ids[0], ids[40]), (u32::MAX, 0), "{name}");
+    }
 }

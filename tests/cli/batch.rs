@@ -152,6 +152,10 @@ fn a_task_has_the_bits_of_render() {
                 output = \"{frame}/{camera}.exr\"\n[render]\nsize = \"18x14\"\nspp = 8\n\
                 shutter = \"0..0.5\"\naov = \"motion\"\nintegrator = \"path\"\nmetadata = \"none\"\n";
     has_the_bits_of_render(blur, 8);
+    let without = "format = 1\nscene = \"s/ball.toml\"\ncamera = [0, 1]\nframe = [\"0-1\", 5]\n\
+                   variant = [{ name = \"few\" }, { name = \"one\", noise = false, spp = 1, max-depth = false }]\n\
+                   [render]\nsize = \"18x14\"\nintegrator = \"path\"\nnoise = 0.2\ndither = false\nmax_depth = 2\n";
+    has_the_bits_of_render(without, 12);
     // Variants of a scene share its trees only if they trace by one structure.
     let heat = "format = 1\nscene = \"s/block.toml\"\nframe = [0, 12]\n\
                 variant = [{ name = \"light\", integrator = \"path\", spp = 2 }, \

@@ -63,7 +63,7 @@ fn wrong_jobs_are_refused_before_any_work() {
     );
     refused(
         &job("render = { spp = true }"),
-        "[render]: invalid value 'on'",
+        "[render]: spp takes a value; write it, or false",
     );
     refused(&job("render = { ground = 1 }"), "ground is true or false");
     refused(
@@ -131,6 +131,16 @@ fn wrong_jobs_are_refused_before_any_work() {
     refused("format = 1\nscene = \"a.toml\" \"b\"\n", "job.toml:2:");
     refused("{", "job.toml:1:");
     let twice = "format = 1\nscene = [\"a.toml\", \"c/../a.toml\"]\n";
+    refused(
+        &job("variant = [{ name = \"x\" }, { name = \"x\" }]\noutput = \"{variant}.png\""),
+        "variant: two are called 'x'",
+    );
+    refused(
+        &job("camera = [0, \"0\"]"),
+        "two views are called '0'; each camera",
+    );
+    refused(&job("frame = [\"0-3\", 2]"), "frame: 2 is listed twice");
+    refused(&job("camera = [\"a:b\", \"a_b\"]"), "add {task:05}");
     refused(twice, "tasks 0 and 1 would both write a.png; add {folder}");
 }
 

@@ -1,7 +1,7 @@
 //! The axes of a job whose rows are options of `lanecast render`: views and variants.
 
 use super::job::{CameraChoice, Job, Orbit, nearest};
-use super::options::arguments;
+use super::options::{arguments, name_of};
 use clap::Command;
 use lanecast_model::scene::StandardView;
 use std::path::Path;
@@ -27,6 +27,9 @@ pub fn views(job: &Job, folder: &Path) -> Result<Vec<Named>, String> {
         match camera {
             CameraChoice::Named(camera) => {
                 views.push(one(camera, format!("--camera={camera}")));
+            }
+            CameraChoice::Numbered(number) => {
+                views.push(one(&number.to_string(), format!("--camera={number}")));
             }
             CameraChoice::Posed(file) => {
                 let posed = file.read(folder, size);
@@ -100,6 +103,10 @@ pub fn variants(job: &Job, render: &Command) -> Result<Vec<Named>, String> {
     }
     let each = job.variant.0.iter().map(|variant| {
         let mut options = base();
+        options.retain(|key, _| {
+            let mut own = variant.options.keys();
+            !own.any(|own| name_of(own) == name_of(key))
+        });
         options.extend(variant.options.clone());
         let of = |why| format!("variant {}: {why}", variant.name);
         Ok(Named {

@@ -2,6 +2,7 @@
 
 use super::dataset::{CameraFile, DatasetSettings, Random};
 pub use super::many::Many;
+use super::ranges::Ranges;
 use crate::args::TileGrid;
 use crate::error::CliError;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
@@ -41,7 +42,8 @@ pub struct Job {
     #[serde(default)]
     pub variant: Many<Variant>,
     /// Numbers of frames, such as "0-47" or "1-60:2".
-    pub frame: Option<Frame>,
+    #[serde(default)]
+    pub frame: Many<Frame>,
     /// Columns and rows of tiles, such as "4x4", or a number of rows: each tile is a task.
     pub tile: Option<Tile>,
     /// The template of pictures' names, such as "{scene}/{camera}_{frame:04}.png".
@@ -59,10 +61,11 @@ pub struct Job {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(
     untagged,
-    expecting = "expected the name of a camera, or { file = \"transforms.json\" } with frames, size \
+    expecting = "expected the name or number of a camera, or { file = \"transforms.json\" } with frames, size \
                  and scale, if these are needed"
 )]
 pub enum CameraChoice {
+    Numbered(u32),
     Named(String),
     Posed(CameraFile),
 }
@@ -114,7 +117,7 @@ pub struct Variant {
     pub options: Map<String, Value>,
 }
 
-/// The numbers of frames.
+/// The number of a frame, or ranges of them.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(
     untagged,
@@ -134,6 +137,18 @@ pub enum Frame {
 pub enum Tile {
     Rows(u32),
     Grid(String),
+}
+
+impl Frame {
+    /// Lists the numbers of frames in the order in which they were written.
+    pub fn numbers(frames: &[Frame]) -> Result<Vec<u32>, String> {
+        let texts = frames.iter().map(|frame| match frame {
+            Frame::One(number) => number.to_string(),
+            Frame::Several(text) => text.clone(),
+        });
+        let ranges = Ranges::parse(&texts.collect::<Vec<_>>().join(","))?;
+        Ok(ranges.numbers().collect())
+    }
 }
 
 impl Tile {
@@ -194,6 +209,7 @@ impl Job {
 fn wrong(path: &Path, place: Option<(usize, usize)>, message: &str) -> CliError {
     let place = place.map_or(String::new(), |(line, column)| format!(":{line}:{column}"));
     let message = message.trim().replace('\n', " ");
+    let message = message.replace(", expected u32", ", expected a whole number");
     let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
     let hint = match (message.starts_with("unknown field"), &quoted[..]) {
         (true, [unknown, known @ ..]) => nearest(unknown, known.iter().copied()),
@@ -316,6 +332,28 @@ mod tests {
     }
 
     #[test]
+    fn frames_and_cameras_are_numbers_texts_and_lists() {
+        let numbers = |frame: &str| {
+            let job = read(
+                "j.toml",
+                &format!("format = 1\nscene = \"a\"\nframe = {frame}"),
+            );
+            Frame::numbers(&job.unwrap().frame.0)
+        };
+        assert_eq!(numbers("7"), Ok(vec![7]));
+        assert_eq!(numbers("[1, 2, 5]"), Ok(vec![1, 2, 5]));
+        assert_eq!(numbers("[\"0-2\", \"5\", 9]"), Ok(vec![0, 1, 2, 5, 9]));
+        assert!(numbers("[3, \"5-1\"]").unwrap_err().contains("'3,5-1'"));
+        for (camera, count) in [("0", 1), ("[0]", 1), ("[0, \"side\", 2]", 3)] {
+            let json = format!("{{\"format\": 1, \"scene\": \"a\", \"camera\": {camera}}}");
+            let toml = format!("format = 1\nscene = \"a\"\ncamera = {camera}");
+            for (name, text) in [("j.json", json), ("j.toml", toml)] {
+                assert_eq!(read(name, &text).unwrap().camera.0.len(), count);
+            }
+        }
+    }
+
+    #[test]
     fn what_is_wrong_is_said_with_its_place() {
         let said = |name, text| read(name, text).unwrap_err();
         let toml = |text| said("j.toml", text);
@@ -328,8 +366,16 @@ mod tests {
             "{json}"
         );
         assert!(toml("format = 2\nscene = \"a\"").contains("format = 1"));
+        assert!(toml("format = 1.0\nscene = \"a\"").contains("expected a whole number"));
         assert!(toml("scene = \"a\"").contains("missing field `format`"));
         assert!(toml("format = 1\nscene = 3").contains("j.toml:2:9"));
+        for wrong in ["true", "-1", "1.5", "[[1]]", "[true]"] {
+            for (key, says) in [("frame", "0-47"), ("camera", "name or number of a camera")] {
+                let text = format!("format = 1\nscene = \"a\"\n{key} = {wrong}");
+                let said = read("j.toml", &text).unwrap_err();
+                assert!(said.contains(says), "{said}");
+            }
+        }
         assert!(toml("format = 1\nscene = \"a\"\nframe = true").contains("0-47"));
         assert!(toml("format = 1\nscene = \"a\"\nvariant = [{ x = 1 }]").contains("`name`"));
         assert!(toml("format = ").contains("j.toml:1:10"));

@@ -2,7 +2,7 @@
 
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::value::{MapAccessDeserializer, StrDeserializer};
-use serde::de::{Error, MapAccess, SeqAccess, Visitor};
+use serde::de::{Error, IntoDeserializer, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use std::borrow::Cow;
 use std::fmt::{Formatter, Result as FmtResult};
@@ -35,6 +35,22 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for ManyVisitor<T> {
 
     fn visit_str<E: Error>(self, text: &str) -> Result<Many<T>, E> {
         Ok(Many(vec![T::deserialize(StrDeserializer::new(text))?]))
+    }
+
+    fn visit_u64<E: Error>(self, number: u64) -> Result<Many<T>, E> {
+        Ok(Many(vec![T::deserialize(number.into_deserializer())?]))
+    }
+
+    fn visit_i64<E: Error>(self, number: i64) -> Result<Many<T>, E> {
+        Ok(Many(vec![T::deserialize(number.into_deserializer())?]))
+    }
+
+    fn visit_f64<E: Error>(self, number: f64) -> Result<Many<T>, E> {
+        Ok(Many(vec![T::deserialize(number.into_deserializer())?]))
+    }
+
+    fn visit_bool<E: Error>(self, is: bool) -> Result<Many<T>, E> {
+        Ok(Many(vec![T::deserialize(is.into_deserializer())?]))
     }
 
     fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Many<T>, A::Error> {

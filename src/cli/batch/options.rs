@@ -33,11 +33,19 @@ const OF_THE_JOB: [(&str, &str); 13] = [
     ("version", "that is for people"),
 ];
 
+/// Options that are on or off, whose `false` is `off`; of others it takes the option out.
+const ON_OFF: [&str; 2] = ["dither", "shadow-cache"];
+
+/// Returns the name of an option on the command line.
+pub fn name_of(key: &str) -> String {
+    key.replace('_', "-")
+}
+
 /// Returns the arguments that a table of options stands for. Fails with the key and the remedy.
 pub fn arguments(options: &Map<String, Value>, render: &Command) -> Result<Vec<String>, String> {
     let mut arguments = Vec::new();
     for (key, value) in options {
-        let name = key.replace('_', "-");
+        let name = name_of(key);
         if let Some((_, instead)) = OF_THE_JOB.iter().find(|(of_job, _)| *of_job == name) {
             return Err(format!("{key} is no option here: {instead}"));
         }
@@ -58,6 +66,15 @@ pub fn arguments(options: &Map<String, Value>, render: &Command) -> Result<Vec<S
         let repeats = matches!(arg.get_action(), ArgAction::Append);
         match value {
             Value::Bool(is_on) if is_flag => arguments.extend(is_on.then(|| format!("--{name}"))),
+            Value::Bool(is_on) if ON_OFF.contains(&&name[..]) => {
+                arguments.push(format!("--{name}={}", if *is_on { "on" } else { "off" }));
+            }
+            Value::Bool(false) => {}
+            Value::Bool(true) => {
+                return Err(format!(
+                    "{key} takes a value; write it, or false to leave the option out"
+                ));
+            }
             _ if is_flag => return Err(format!("{key} is true or false")),
             Value::Array(list) if repeats => {
                 for value in list {
@@ -79,10 +96,8 @@ fn text(key: &str, value: &Value) -> Result<String, String> {
     match value {
         Value::String(text) => Ok(text.clone()),
         Value::Number(number) => Ok(number.to_string()),
-        Value::Bool(true) => Ok("on".into()),
-        Value::Bool(false) => Ok("off".into()),
-        Value::Array(_) | Value::Object(_) | Value::Null => Err(format!(
-            "{key} is a text, a number, true, false, or a list of these, as lanecast render has it"
+        Value::Bool(_) | Value::Array(_) | Value::Object(_) | Value::Null => Err(format!(
+            "{key} is a text, a number, a list of these, or false, as lanecast render has it"
         )),
     }
 }
@@ -100,4 +115,56 @@ pub fn parsed(render: &mut Command, arguments: &[OsString]) -> Result<RenderArgs
         let said = said.split("\n\n").next().unwrap_or(said);
         said.split_whitespace().collect::<Vec<_>>().join(" ")
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Args;
+    use serde_json::json;
+
+    fn render() -> Command {
+        RenderArgs::augment_args(Command::new("render"))
+    }
+
+    fn of(options: Value) -> Result<Vec<String>, String> {
+        arguments(options.as_object().unwrap(), &render())
+    }
+
+    #[test]
+    fn false_takes_an_option_out() {
+        let none = json!({"noise": false, "variant": false, "clip": false, "ground": false});
+        assert_eq!(of(none).unwrap(), [""; 0]);
+        let some = json!({"dither": false, "shadow_cache": true, "ground": true, "spp": 4});
+        let is = ["--dither=off", "--ground", "--shadow-cache=on", "--spp=4"];
+        assert_eq!(of(some).unwrap(), is);
+        let texts = json!({"clip": ["1,0,0,0", "0,1,0,0"], "aov": ["depth", "uv"]});
+        let is = ["--aov=depth,uv", "--clip=1,0,0,0", "--clip=0,1,0,0"];
+        assert_eq!(of(texts).unwrap(), is);
+        for (wrong, says) in [
+            (json!({"spp": true}), "spp takes a value"),
+            (json!({"clip": [false]}), "a list of these"),
+            (json!({"ground": 1}), "ground is true or false"),
+        ] {
+            let said = of(wrong).unwrap_err();
+            assert!(said.contains(says), "{said}");
+        }
+    }
+
+    /// What takes on and off, and not any text, is an option of these.
+    #[test]
+    fn on_and_off_are_values_of_few_options() {
+        let takes = |name: &str, value: &str| {
+            let arguments = ["render".to_owned(), format!("--{name}={value}")];
+            let parsed = render().try_get_matches_from(arguments);
+            parsed.is_ok_and(|matches| matches.contains_id(&name.replace('-', "_")))
+        };
+        let all = render();
+        let names = all.get_arguments().filter_map(|arg| arg.get_long());
+        let found: Vec<&str> = names
+            .filter(|name| takes(name, "on") && takes(name, "off") && !takes(name, "x"))
+            .collect();
+        assert_eq!(found.len(), ON_OFF.len(), "{found:?}");
+        assert!(found.iter().all(|name| ON_OFF.contains(name)), "{found:?}");
+    }
 }

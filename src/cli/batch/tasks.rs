@@ -4,7 +4,7 @@ use super::axes::{Named, variants, views};
 use super::dataset::{DatasetSettings, Format, Random, bop_picture, check_dataset, check_random};
 use super::job::{Frame, Job, Tile};
 use super::options::parsed;
-use super::ranges::{MOST_NUMBERS, Ranges};
+use super::ranges::MOST_NUMBERS;
 use super::scenes;
 use super::template::{Field, Template, Value};
 use crate::args::{RenderArgs, TileChoice, TileGrid};
@@ -56,12 +56,12 @@ impl Tasks {
     /// write one picture.
     pub fn new(job: &Job, path: &Path, render: Command) -> Result<Tasks, CliError> {
         let failed = |why: String| CliError::Input(format!("{}: {why}", path.display()));
-        let frames: Vec<Option<u32>> = match &job.frame {
-            None => vec![None],
-            Some(Frame::One(frame)) => vec![Some(*frame)],
-            Some(Frame::Several(text)) => {
-                let ranges = Ranges::parse(text).map_err(|why| failed(format!("frame: {why}")))?;
-                ranges.numbers().map(Some).collect()
+        let frames: Vec<Option<u32>> = match &job.frame.0[..] {
+            [] => vec![None],
+            frames => {
+                let numbers = Frame::numbers(frames);
+                let numbers = numbers.map_err(|why| failed(format!("frame: {why}")))?;
+                numbers.into_iter().map(Some).collect()
             }
         };
         let folder = path.parent().unwrap_or(Path::new(""));
@@ -335,20 +335,38 @@ impl Tasks {
     /// Says what tells two tasks apart that would write the same picture.
     fn same(&self, a: u32, b: u32) -> String {
         let (a, b) = (self.task(a), self.task(b));
-        let place = match (a.scene != b.scene, a.variant != b.variant, a.view != b.view) {
-            (true, ..) if !self.template.has(Field::Scene) && !self.template.has(Field::File) => {
-                "{scene}"
+        let has = |field| self.template.has(field);
+        let (field, place) = match (a.scene != b.scene, a.variant != b.variant, a.view != b.view) {
+            (true, ..) if !has(Field::Scene) && !has(Field::File) => (Field::Scene, "{scene}"),
+            (true, ..) => (Field::Folder, "{folder}"),
+            (_, true, _) => (Field::Variant, "{variant}"),
+            (_, _, true) => (Field::Camera, "{camera}"),
+            _ if a.draw != b.draw => (Field::Draw, "{draw:05}"),
+            _ => (Field::Frame, "{frame:04}"),
+        };
+        let (name, other) = match field {
+            Field::Variant => (self.variant(&a), self.variant(&b)),
+            Field::Camera => (self.camera(&a), self.camera(&b)),
+            _ => ("", "-"),
+        };
+        match field {
+            Field::Variant if name == other => {
+                return format!("variant: two are called '{name}'; give each a name of its own");
             }
-            (true, ..) => "{folder}",
-            (_, true, _) => "{variant}",
-            (_, _, true) => "{camera}",
-            _ if a.draw != b.draw => "{draw:05}",
-            _ => "{frame:04}",
-        };
-        let place = match self.template.has(Field::Folder) && place == "{folder}" {
-            true => "{task:05}",
-            false => place,
-        };
+            Field::Camera if name == other => {
+                return format!(
+                    "camera, view, orbit: two views are called '{name}'; each camera and view is \
+                     listed once"
+                );
+            }
+            Field::Frame if a.frame == b.frame => {
+                let frame = a.frame.unwrap_or(0);
+                return format!("frame: {frame} is listed twice; list it once");
+            }
+            _ => {}
+        }
+        // Names of different rows may be alike in a path.
+        let place = if has(field) { "{task:05}" } else { place };
         format!(
             "output: tasks {} and {} would both write {}; add {place} to it",
             a.number,
@@ -392,7 +410,7 @@ fn template(job: &Job, [views, variants]: [usize; 2]) -> Result<Template, String
             (views > 1, "_{camera}"),
             (variants > 1, "_{variant}"),
             (job.random.is_some(), "_{draw:05}"),
-            (job.frame.is_some(), "_{frame:04}"),
+            (!job.frame.0.is_empty(), "_{frame:04}"),
         ];
         axes.iter()
             .for_each(|(is, place)| text.push_str(if *is { place } else { "" }));
@@ -413,7 +431,7 @@ fn template(job: &Job, [views, variants]: [usize; 2]) -> Result<Template, String
             "{variant}",
             "variant",
         ),
-        (Field::Frame, job.frame.is_some(), "{frame}", "frame"),
+        (Field::Frame, !job.frame.0.is_empty(), "{frame}", "frame"),
         (Field::Draw, job.random.is_some(), "{draw}", "[random]"),
     ];
     for (field, is_there, place, key) in absent {

@@ -159,6 +159,10 @@ fn check_version(source: &Source, root: &Value) -> Result<(), LoadError> {
                     format!("format {other} is unknown; this program reads format {FORMAT}");
                 Err(source.error(value.at, message))
             }
+            Kind::Float(_) => {
+                let message = format!("expected {FORMAT}, written without a point");
+                Err(source.error(value.at, message))
+            }
             _ => {
                 let message = format!("expected {FORMAT}, found {}", value.kind.describe());
                 Err(source.error(value.at, message))

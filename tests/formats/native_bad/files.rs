@@ -18,7 +18,10 @@ fn json() {
             &["scene.json:2:2: there is more after the end"],
         ),
         ("{\"format\": 2}", &["scene.json:1:12: format 2 is unknown"]),
-        ("{\"format\": 1.0}", &["scene.json:1:12: expected"]),
+        (
+            "{\"format\": 1.0}",
+            &["scene.json:1:12: expected 1, written without a point"],
+        ),
         (
             "{\"format\": null}",
             &["scene.json:1:12: expected 1, found null"],

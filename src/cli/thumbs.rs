@@ -6,9 +6,9 @@
 use super::args::{BatchArgs, ThumbsArgs};
 use super::batch::{self, Shown, relative};
 use super::error::CliError;
-use super::output::Results;
+use super::output::{Results, complain, printable_line};
 use lanecast_io::{Outputs, SaveError};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -27,22 +27,25 @@ const MOST_LEVELS: u32 = 64;
 /// The direction of the default view, rounded: azimuth and elevation in degrees.
 const VIEW: [u32; 2] = [32, 20];
 
+/// What the pictures are called.
+const OUTPUT: &str = "{folder}/{file}.png";
+
 /// What the page says of itself.
 const MARK: &str = "<meta name=\"generator\" content=\"lanecast thumbs\">";
 
 pub fn run(args: &ThumbsArgs, render: clap::Command) -> Result<(), CliError> {
-    let mut scenes = BTreeSet::new();
+    let mut found = Found::default();
     let out = args.out.canonicalize().ok();
     for folder in &args.folders {
         let about = fs::metadata(folder).map_err(|e| unread(folder, &e))?;
         match about.is_dir() {
-            true => add(folder, out.as_deref(), 0, &mut scenes)?,
+            true => add(folder, out.as_deref(), 0, &mut found).map_err(|e| unread(folder, &e))?,
             false => {
-                scenes.insert(folder.clone());
+                found.scenes.insert(folder.clone());
             }
         }
     }
-    if scenes.is_empty() {
+    if found.scenes.is_empty() {
         return Err(CliError::Input(format!(
             "there is no scene file below {}; known are .{}",
             args.folders[0].display(),
@@ -51,17 +54,46 @@ pub fn run(args: &ThumbsArgs, render: clap::Command) -> Result<(), CliError> {
     }
     let index = args.out.join("index.html");
     check_index(&index)?;
-    let job = write_job(args, &scenes)?;
-    let batch = BatchArgs::of_job(job, &args.out, args.threads, args.progress);
-    let ended = batch::run(&batch, render.clone());
-    if let Err(CliError::Stopped(_) | CliError::Save(_) | CliError::Input(_)) = &ended {
-        return ended;
+    let job = write_job(args, &mut found)?;
+    for (path, why) in &found.failed {
+        let path = printable_line(&path.display().to_string());
+        complain(&format!("failed: {path}: {why}"));
     }
-    let shown = batch::shown(&batch, render)?;
+    let mut shown = Vec::new();
+    let mut ended = Ok(());
+    if let Some(job) = job {
+        let batch = BatchArgs::of_job(job, &args.out, args.threads, args.progress);
+        ended = batch::run(&batch, render.clone());
+        if let Err(CliError::Stopped(_) | CliError::Save(_) | CliError::Input(_)) = &ended {
+            return ended;
+        }
+        shown = batch::shown(&batch, render)?;
+    }
+    let count = found.failed.len();
+    shown.extend(found.failed.into_iter().map(|(scene, why)| Shown {
+        output: PathBuf::new(),
+        scene,
+        failure: Some(why),
+    }));
     let mut results = Results::default();
     results.outputs.add(&index, page(&shown).into_bytes())?;
     results.commit(&format!("{}: {} scenes\n", index.display(), shown.len()))?;
-    ended
+    match count {
+        0 => ended,
+        count => ended.and(Err(CliError::Short(format!(
+            "{count} of {} could not be rendered; {} says why",
+            shown.len(),
+            index.display()
+        )))),
+    }
+}
+
+/// The files below the folders.
+#[derive(Default)]
+struct Found {
+    scenes: BTreeSet<PathBuf>,
+    /// What cannot be rendered, and why.
+    failed: Vec<(PathBuf, String)>,
 }
 
 /// Refuses to replace a page that is none of ours.
@@ -76,8 +108,9 @@ fn check_index(index: &Path) -> Result<(), CliError> {
     }
 }
 
-/// Writes the job of some scenes, and returns its path.
-fn write_job(args: &ThumbsArgs, scenes: &BTreeSet<PathBuf>) -> Result<PathBuf, CliError> {
+/// Writes the job of some scenes, and returns its path; `None` if none of them can be in a job. Adds
+/// those that cannot to what has failed.
+fn write_job(args: &ThumbsArgs, found: &mut Found) -> Result<Option<PathBuf>, CliError> {
     let folder = args.out.join("records");
     let failed = |source| SaveError::Write {
         path: folder.clone(),
@@ -85,52 +118,87 @@ fn write_job(args: &ThumbsArgs, scenes: &BTreeSet<PathBuf>) -> Result<PathBuf, C
     };
     fs::create_dir_all(&folder).map_err(failed)?;
     let real = folder.canonicalize().map_err(failed)?;
-    let mut names = Vec::new();
-    for scene in scenes {
-        let file = scene.canonicalize().map_err(|e| unread(scene, &e))?;
-        let name = relative(&file, &real);
-        let Some(name) = name.to_str() else {
-            return Err(CliError::Input(format!(
-                "{}: its name is not UTF-8; give it another",
-                scene.display()
-            )));
+    let mut names: Vec<String> = Vec::new();
+    let mut pictures: BTreeMap<String, (String, &Path)> = BTreeMap::new();
+    // Names that pictures cannot have as they are come last, so that none of them takes another's.
+    let is_changed = |scene: &&PathBuf| {
+        let name = scene.to_string_lossy();
+        name.contains(|c: char| c.is_control() || c == ':' || c == '\\')
+    };
+    let (changed, plain): (Vec<_>, Vec<_>) = found.scenes.iter().partition(is_changed);
+    for scene in plain.into_iter().chain(changed) {
+        let name = match name_in_job(scene, &real) {
+            Ok(name) => name,
+            Err(why) => {
+                found.failed.push((scene.clone(), why));
+                continue;
+            }
         };
-        // So that no name begins with what marks a list.
-        names.push(format!("./{name}"));
+        let picture = batch::picture_of(Path::new(&name), OUTPUT);
+        if let Some((same, other)) = pictures.get(&picture) {
+            if *same == name {
+                continue;
+            }
+            let other = printable_line(&other.display().to_string());
+            let why = format!("its picture would be called as that of {other}; rename it");
+            found.failed.push((scene.clone(), why));
+            continue;
+        }
+        pictures.insert(picture, (name.clone(), scene));
+        names.push(name);
+    }
+    if names.is_empty() {
+        return Ok(None);
     }
     let job = serde_json::json!({
         "format": 1,
         "scene": names,
         "orbit": { "views": 1, "start": VIEW[0], "elevation": VIEW[1] },
-        "output": "{folder}/{file}.png",
+        "output": OUTPUT,
         "render": args.options(),
     });
     let path = folder.join("job.json");
     let mut outputs = Outputs::default();
     outputs.add(&path, format!("{job:#}\n").into_bytes())?;
     outputs.commit()?;
-    Ok(path)
+    Ok(Some(path))
+}
+
+/// Returns what a scene is called in the job in a folder, or why it cannot be called there. A link keeps
+/// its own name, for that of the file it leads to may tell no format.
+fn name_in_job(scene: &Path, job: &Path) -> Result<String, String> {
+    let folder = match scene.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    };
+    let folder = folder.canonicalize();
+    let folder = folder.map_err(|e| format!("its folder cannot be read: {e}"))?;
+    let file = folder.join(scene.file_name().unwrap_or_default());
+    let name = relative(&file, job);
+    let name = name
+        .to_str()
+        .ok_or("its name is not UTF-8; give it another")?;
+    // So that no name begins with what marks a list.
+    Ok(format!("./{name}"))
 }
 
 /// Adds the scene files below a folder. Links to folders, hidden folders and that of the pictures
-/// are left out.
-fn add(
-    folder: &Path,
-    out: Option<&Path>,
-    level: u32,
-    scenes: &mut BTreeSet<PathBuf>,
-) -> Result<(), CliError> {
+/// are left out. Fails if the folder itself cannot be read.
+fn add(folder: &Path, out: Option<&Path>, level: u32, found: &mut Found) -> std::io::Result<()> {
     if level > MOST_LEVELS || out.is_some() && folder.canonicalize().ok().as_deref() == out {
         return Ok(());
     }
-    let entries = fs::read_dir(folder).map_err(|e| unread(folder, &e))?;
-    for entry in entries.flatten() {
+    for entry in fs::read_dir(folder)?.flatten() {
         let path = entry.path();
         let is_hidden = entry.file_name().as_encoded_bytes().first() == Some(&b'.');
         match entry.file_type() {
-            Ok(kind) if kind.is_dir() && !is_hidden => add(&path, out, level + 1, scenes)?,
+            Ok(kind) if kind.is_dir() && !is_hidden => {
+                if let Err(e) = add(&path, out, level + 1, found) {
+                    found.failed.push((path, format!("cannot be read: {e}")));
+                }
+            }
             Ok(kind) if !kind.is_dir() && is_scene(&path) => {
-                scenes.insert(path);
+                found.scenes.insert(path);
             }
             _ => {}
         }

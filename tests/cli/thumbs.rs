@@ -106,3 +106,73 @@ fn other_pages_and_empty_folders_are_left_alone() {
         stderr(&wrong)
     );
 }
+
+/// As caches of models have them: links of names with an ending, to files of none.
+#[cfg(unix)]
+#[test]
+fn links_are_shown_under_their_own_names() {
+    use std::os::unix::fs::symlink;
+    let folder = folder();
+    let path = folder.path();
+    fs::create_dir_all(path.join("parts")).unwrap();
+    fs::create_dir_all(path.join("blobs")).unwrap();
+    fs::write(path.join("blobs/abc123"), TRIANGLE).unwrap();
+    symlink("../blobs/abc123", path.join("parts/model.obj")).unwrap();
+    let done = lanecast(path, &SMALL);
+    assert!(done.status.success(), "{}", stderr(&done));
+    assert_eq!(names(&path.join("t/parts")), ["model.obj.png"]);
+    let page = fs::read_to_string(path.join("t/index.html")).unwrap();
+    assert!(
+        page.contains("<figcaption>parts/model.obj</figcaption>"),
+        "{page}"
+    );
+    // Single files count from the current folder.
+    let alone = ["thumbs", "model.obj", "--out", "../u", "--size", "16x16"];
+    let done = lanecast(&path.join("parts"), &alone);
+    assert!(done.status.success(), "{}", stderr(&done));
+    assert_eq!(names(&path.join("u/parts")), ["model.obj.png"]);
+}
+
+/// A file name that no job can hold, and pictures of one name.
+#[cfg(unix)]
+#[test]
+fn names_that_cannot_be_fail_alone() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt;
+    let folder = folder();
+    let path = folder.path();
+    fs::create_dir_all(path.join("parts")).unwrap();
+    let write = |name: &[u8]| {
+        let file = path.join("parts").join(OsStr::from_bytes(name));
+        fs::write(file, TRIANGLE).unwrap();
+    };
+    for name in [&b"a\nb.obj"[..], b"a_b.obj", b"bad\xff.obj", b"ok.obj"] {
+        write(name);
+    }
+    let done = lanecast(path, &SMALL);
+    let said = stderr(&done);
+    assert_eq!(done.status.code(), Some(1), "{said}");
+    assert!(stdout(&done).contains("2 pictures"), "{}", stdout(&done));
+    assert_eq!(names(&path.join("t/parts")), ["a_b.obj.png", "ok.obj.png"]);
+    assert!(
+        said.contains("failed: parts/a\\nb.obj: its picture would be"),
+        "{said}"
+    );
+    assert!(
+        said.contains("error: 2 of 4 could not be rendered"),
+        "{said}"
+    );
+    let page = fs::read_to_string(path.join("t/index.html")).unwrap();
+    assert!(page.contains("<h2>2 without a picture</h2>"), "{page}");
+    assert!(page.contains("its name is not UTF-8"), "{page}");
+    assert_eq!(page.matches("<img").count(), 2);
+
+    // Of these alone there is a page, too.
+    for name in ["a\nb.obj", "a_b.obj", "ok.obj"] {
+        fs::remove_file(path.join("parts").join(name)).unwrap();
+    }
+    fs::remove_dir_all(path.join("t")).unwrap();
+    let done = lanecast(path, &SMALL);
+    assert_eq!(done.status.code(), Some(1), "{}", stderr(&done));
+    assert!(path.join("t/index.html").is_file());
+}

@@ -39,6 +39,7 @@ use run::Run;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use tasks::{Task, Tasks};
+use template::Template;
 
 /// The most bytes of a list of tasks on standard input.
 const MOST_LIST: u64 = 1 << 28;
@@ -87,6 +88,12 @@ pub fn shown(args: &BatchArgs, render: clap::Command) -> Result<Vec<Shown>, CliE
         }
     });
     Ok(shown.collect())
+}
+
+/// Returns the picture of a scene by a template of its own names alone, such as `{file}.png`.
+pub fn picture_of(scene: &Path, template: &str) -> String {
+    let template = Template::parse(template);
+    template.map_or_else(|why| why, |template| template.of_scene(scene))
 }
 
 /// Lists the numbers of the tasks that are asked for, each once.

@@ -1,7 +1,7 @@
 //! Names of pictures: a template with places such as `{scene}` and `{frame:04}`.
 
 use super::job::nearest;
-use std::path::{Component, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// What stands in a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,7 +50,7 @@ pub enum Value<'a> {
     Name(&'a str),
     Number(u32),
     /// The components of a path.
-    Path(&'a std::path::Path),
+    Path(&'a Path),
 }
 
 impl Template {
@@ -78,6 +78,18 @@ impl Template {
     pub fn has(&self, field: Field) -> bool {
         let is = |piece: &Piece| matches!(piece, Piece::Field(other, _) if *other == field);
         self.0.iter().any(is)
+    }
+
+    /// Fills the places of a scene's names; others stay empty.
+    pub fn of_scene(&self, scene: &Path) -> String {
+        let file = scene.file_name().unwrap_or_default().to_string_lossy();
+        let stem = scene.file_stem().unwrap_or_default().to_string_lossy();
+        self.filled(|field| match field {
+            Field::Scene => Value::Name(&stem),
+            Field::File => Value::Name(&file),
+            Field::Folder => Value::Path(scene.parent().unwrap_or(Path::new(""))),
+            _ => Value::Name(""),
+        })
     }
 
     /// Fills the places. Names that hold what a path must not are changed there.
@@ -154,7 +166,6 @@ fn one_name(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::path::Path;
 
     #[test]
     fn places_are_filled() {

@@ -35,6 +35,8 @@ pub fn run(
     mut stats: Stats,
 ) -> Result<(), CliError> {
     let progress = interrupt::watch();
+    // The name that was given is checked, not those that are made of it.
+    files(output, config.aovs)?;
     let paths: Vec<PathBuf> = timeline.frames().map(|i| numbered(output, i)).collect();
     let files = paths.iter().map(|path| files(path, config.aovs));
     let mut files: Vec<PathBuf> = files.collect::<Result<Vec<_>, _>>()?.concat();
@@ -104,8 +106,11 @@ pub fn run(
     let mut memory = FrameMemory::new(reuse);
     let name = args.scene.clone().unwrap_or("the built-in scene".into());
     let mut kept: Option<KeptTrees> = None;
-    if scene.moves() {
-        warn_of_end(&timeline, seconds);
+    match scene.moves() {
+        true => warn_of_end(&timeline, seconds),
+        false => complain(
+            "warning: nothing in this scene moves, so the pictures of --frames differ in noise at most",
+        ),
     }
     for ((number, frame), path) in (0..).zip(timeline.frames()).zip(&paths) {
         let first = stats.stages.len();

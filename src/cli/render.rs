@@ -23,6 +23,12 @@ use std::path::{Path, PathBuf};
 pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     let config = args.config()?;
     let picture_path = output_path(args);
+    if picture_path == Path::new("-") {
+        return Err(CliError::Usage(
+            "-o -: pictures are written to files, of --frames one each; name them, such as -o x.png"
+                .into(),
+        ));
+    }
     let development = args.development.checked(&picture_path)?;
     let stats = Stats {
         picture: PictureSize {

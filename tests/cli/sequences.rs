@@ -1,6 +1,6 @@
 //! Sequences of pictures: what they share with single ones, and what is refused or warned of.
 
-use crate::run::{BALL, folder, lanecast, stderr};
+use crate::run::{BALL, fails, folder, lanecast, names, small, stderr};
 use std::fs;
 use std::path::Path;
 
@@ -28,4 +28,53 @@ fn each_frame_counts_the_work_of_its_rays() {
         assert!(bytes("one.png") == bytes("h_0000.png"), "{accel}");
         assert!(bytes("one.png") == bytes("h_0001.png"), "{accel}");
     }
+}
+
+/// Rule S94: pictures without light are of the middle of the shutter, whoever asks for it.
+#[test]
+fn pictures_without_light_are_of_the_middle_of_the_shutter() {
+    let folder = folder();
+    let path = folder.path();
+    let moving = "motion = [{ at = 1.0, transform = [{ translate = [1, 0, 0] }] }]\n";
+    fs::write(path.join("s.toml"), format!("{BALL}{moving}")).unwrap();
+    let render = |more: &[&str]| {
+        let first = [
+            "render",
+            "s.toml",
+            "--size",
+            "32x32",
+            "--integrator",
+            "normals",
+        ];
+        let done = lanecast(path, &[&first, more].concat());
+        assert!(done.status.success(), "{}", stderr(&done));
+    };
+    render(&["-o", "still.png", "--frames", "5"]);
+    render(&["-o", "one.png", "--shutter", "0..1"]);
+    render(&["-o", "two.png", "--shutter", "0..1", "--frames", "3"]);
+    let bytes = |name: &str| fs::read(path.join(name)).unwrap();
+    assert!(bytes("one.png") == bytes("still_0002.png"));
+    assert!(bytes("two_0000.png") == bytes("still_0001.png"));
+    assert!(bytes("two_0001.png") == bytes("still_0003.png"));
+}
+
+#[test]
+fn a_scene_in_which_nothing_moves_is_told_once() {
+    let folder = folder();
+    let said = succeeds(folder.path(), &["-o", "x.png", "--frames", "0..3"]);
+    assert!(said.contains("nothing in this scene moves"), "{said}");
+    assert_eq!(said.lines().count(), 1, "{said}");
+    let frames = ["ball.toml", "x_0000.png", "x_0001.png", "x_0002.png"];
+    assert_eq!(names(folder.path()), frames);
+}
+
+#[test]
+fn pictures_need_the_name_of_a_file() {
+    fails(&small(&["-o", "-", "--frames", "2"]), 2, "such as -o x.png");
+    fails(&small(&["-o", "-"]), 2, "such as -o x.png");
+    fails(
+        &small(&["-o", "x", "--frames", "2"]),
+        2,
+        "x: its name has no ending",
+    );
 }

@@ -154,8 +154,14 @@ fn wrong_shutters_are_refused() {
             "leave out --shutter",
         ),
         (
-            &["--shutter", "0..1", "--integrator", "normals"],
-            "leave out --shutter",
+            &[
+                "--shutter",
+                "0..1",
+                "--integrator",
+                "ids",
+                "--shutter-slices=4",
+            ],
+            "leave out --shutter-slices",
         ),
         (
             &["--shutter", "0..1", "--ground"],

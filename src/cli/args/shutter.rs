@@ -72,9 +72,10 @@ impl ShutterArgs {
                 )),
             };
         }
-        if let (true, Some(Integrator::Inspect(_))) = (asked, integrator) {
+        if let (Some(_), Some(Integrator::Inspect(_))) = (self.shutter_slices, integrator) {
             return Err(CliError::Usage(
-                "this integrator shows what one ray through each pixel meets; leave out --shutter"
+                "pictures without light are of the middle of the shutter; leave out \
+                 --shutter-slices"
                     .into(),
             ));
         }

@@ -5,7 +5,7 @@ use super::error::CliError;
 use super::output;
 use glam::DVec3;
 use lanecast_io::LoadError;
-use lanecast_io::{self as io, Given, LoadOptions};
+use lanecast_io::{self as io, Curves, Given, LoadOptions};
 use lanecast_model::scene::{
     Camera, Cameras, Instances, Lens, Outlook, Projection, Scene, ShapeId, UnknownCamera,
 };
@@ -35,7 +35,44 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Scene, CliError> {
     if let Some(warning) = loaded.warning {
         output::complain(&format!("warning: {}: {warning}", path.display()));
     }
+    warn_of_idle_options(path, options);
     Ok(loaded.scene)
+}
+
+/// Warns of options of reading files that no file of this format heeds.
+fn warn_of_idle_options(path: &Path, options: &LoadOptions) {
+    let given = options.given.as_ref().and_then(|given| given.format);
+    let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    let Some(format) = given.map(str::to_owned).or(ending) else {
+        return;
+    };
+    // Files of the native format may place any others.
+    let is_native = ["toml", "json"].contains(&&format[..]);
+    let idle =
+        |is_given: bool, heed: &[&str]| is_given && !is_native && !heed.contains(&&format[..]);
+    let facets = options.scad_curves != Curves::default();
+    for (name, is_idle, what) in [
+        (
+            "--point-radius",
+            idle(
+                options.point_radius.is_some(),
+                &["gltf", "glb", "ply", "obj"],
+            ),
+            "points and lines of .gltf, .glb, .ply and .obj files",
+        ),
+        (
+            "--scad-curves",
+            idle(facets, &["scad", "csg"]),
+            "curves of .scad and .csg files",
+        ),
+    ] {
+        if is_idle {
+            output::complain(&format!(
+                "warning: {}: {name} is of {what}, and changes nothing here",
+                path.display()
+            ));
+        }
+    }
 }
 
 /// Reads standard input to its end.

@@ -78,3 +78,39 @@ fn pictures_need_the_name_of_a_file() {
         "x: its name has no ending",
     );
 }
+
+#[test]
+fn options_that_change_nothing_are_told() {
+    fails(
+        &small(&["--cryptomatte-levels", "3"]),
+        2,
+        "leave it out, or ask for one",
+    );
+    let folder = folder();
+    let path = folder.path();
+    let solid = "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n\
+                 vertex 0 1 0\nendloop\nendfacet\nendsolid x\n";
+    fs::write(path.join("s.stl"), solid).unwrap();
+    fs::write(path.join("s.scad"), "cube(1);").unwrap();
+    let said = |scene: &str, more: &[&str]| {
+        let first = [
+            "render", scene, "--size", "8x8", "--spp", "1", "-o", "x.png",
+        ];
+        let done = lanecast(path, &[&first, more].concat());
+        assert!(done.status.success(), "{}", stderr(&done));
+        stderr(&done).to_owned()
+    };
+    let points = ["--point-radius", "0.1"];
+    let curves = ["--scad-curves", "facets"];
+    assert!(said("s.stl", &points).contains("--point-radius is of points and lines"));
+    assert!(said("s.stl", &curves).contains("--scad-curves is of curves"));
+    assert!(said("s.scad", &points).contains("changes nothing here"));
+    assert!(!said("s.scad", &curves).contains("changes nothing here"));
+    assert_eq!(said("s.stl", &[]), "");
+    let mattes = [
+        "--integrator=path",
+        "--aov=crypto_object",
+        "--cryptomatte-levels=3",
+    ];
+    assert_eq!(said("s.stl", &mattes), "");
+}

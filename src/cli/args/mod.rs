@@ -429,7 +429,7 @@ impl RenderArgs {
             build: self.build.quality,
             shadow_cache: self.shadow_cache,
             aovs: self.outputs.most(),
-            matte_ranks: self.outputs.cryptomatte_levels,
+            matte_ranks: self.outputs.matte_ranks()?,
             backdrop: self.background,
             solver: self.solver.checked(Some(config.choices.precision))?,
             ..config

@@ -19,9 +19,9 @@ pub struct OutputArgs {
     /// denoising_albedo, denoising_normal. And samples, their number; or all
     #[arg(long, value_name = "NAMES", value_parser = parse_aovs)]
     pub aov: Option<AovChoice>,
-    /// Ids that each pixel of a Cryptomatte has room for
-    #[arg(long, value_name = "N", default_value_t = 6, value_parser = value_parser!(u32).range(1..=32))]
-    pub cryptomatte_levels: u32,
+    /// Ids that each pixel of a Cryptomatte has room for [default: 6]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=32))]
+    pub cryptomatte_levels: Option<u32>,
     /// What the header of an OpenEXR file tells of how the picture was made: none, fixed (what is
     /// the same in every run), all (times, too), or auto, which is all if --aov asks for more than
     /// depth, position, normal, albedo, ids and samples, else none
@@ -70,6 +70,18 @@ impl OutputArgs {
             aovs.add_all(true);
         }
         aovs
+    }
+
+    /// Returns the number of ids that pixels of mattes have room for. Refuses it without mattes.
+    pub fn matte_ranks(&self) -> Result<u32, CliError> {
+        match self.cryptomatte_levels {
+            Some(_) if !self.most().any_of_mattes() => Err(CliError::Usage(
+                "--cryptomatte-levels is of Cryptomattes, and none is asked for; leave it out, or \
+                 ask for one by --aov crypto_object"
+                    .into(),
+            )),
+            ranks => Ok(ranks.unwrap_or(RenderConfig::default().matte_ranks)),
+        }
     }
 
     /// Completes a configuration whose integrator is known by the outputs that it has. Refuses

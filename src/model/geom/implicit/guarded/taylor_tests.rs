@@ -77,6 +77,10 @@ fn check<const N: usize>(
     scale: f64,
     (org, dir, [t_min, start, width]): ([f64; 3], [f64; 3], [f64; 3]),
 ) -> Result<(), TestCaseError> {
+    // A ray that leaves its surface's region before it enters is asked about nowhere.
+    if width < 0.0 {
+        return Ok(());
+    }
     let n = N - 1;
     let bounds = Aabb::new(DVec3::splat(-scale), DVec3::splat(scale));
     let Some(dense) = Dense::expand(tape, Some(bounds)) else {

@@ -12,7 +12,9 @@ use super::albedo_table::{ALBEDO, COLUMNS, ROWS};
 use super::fresnel::schlick;
 use super::microfacet::{Ggx, mirror, mirrored_pdf, visibility};
 use lanecast_numerics::math::Vec3;
+use lanecast_numerics::math::elementary::sin_cos_turns;
 use lanecast_numerics::math::lanes::{Lanes, max, min};
+use std::sync::LazyLock;
 
 /// The factor of α in the first coordinate.
 const WIDTH: f32 = 3.0;
@@ -20,6 +22,17 @@ const WIDTH: f32 = 3.0;
 /// Points of the lattice over which the albedo of a stretched lobe is summed, and its step: two
 /// numbers of Fibonacci's.
 const LATTICE: [u32; 2] = [144, 89];
+
+/// The lattice's points: a number for the height, the sine and cosine of the turn, and the weight.
+static POINTS: LazyLock<[[f32; 4]; LATTICE[0] as usize]> = LazyLock::new(|| {
+    let [points, step] = LATTICE;
+    std::array::from_fn(|i| {
+        let r = 1.0 - (i as f32 + 0.5) / points as f32;
+        let v = ((i as u32 * step % points) as f32 + 0.5) / points as f32;
+        let (sin, cos) = sin_cos_turns(v);
+        [1.0 - r * r, sin, cos, 2.0 * r / points as f32]
+    })
+});
 
 /// The share of what a stretched lobe loses that is given back: the lattice's error is at most
 /// 0.8 % of the albedo, and with this no surface gains light.
@@ -93,17 +106,15 @@ impl AlbedoRow {
 /// E is within 0.8 % and 0.13 % in the root of the mean square.
 #[inline(never)]
 pub fn stretched_albedo<L: Lanes<Scalar = f32>>(ggx: &Ggx<L>, out: Vec3<L>) -> Albedo<L> {
-    let [points, step] = LATTICE;
     let (zero, one) = (L::zero(), L::splat(1.0));
     let seen = (out.z, ggx.stretch(out));
     let scale = one / mirrored_pdf(seen);
     let (mut white, mut weighed) = (zero, zero);
-    for i in 0..points {
-        let r = 1.0 - (i as f32 + 0.5) / points as f32;
-        let v = ((i * step % points) as f32 + 0.5) / points as f32;
-        let normal = ggx.sample(out, seen.1, [1.0 - r * r, v].map(L::splat));
+    for &[u, sin, cos, weight] in POINTS.iter() {
+        let turn = (L::splat(sin), L::splat(cos));
+        let normal = ggx.sample_about(out, seen.1, L::splat(u), turn);
         let into = mirror(out, normal);
-        let weight = L::splat(2.0 * r / points as f32);
+        let weight = L::splat(weight);
         let part = weight * into.z * scale * visibility(seen, (into.z, ggx.stretch(into)));
         let part = L::select(into.z.gt(zero), part, zero);
         white = white + part;

@@ -67,12 +67,17 @@ impl<L: Lanes<Scalar = f32>> Ggx<L> {
     /// Samples a normal that is visible from `out`, with density
     /// G₁(out) max(out·m, 0) D(m) / out.z. `stretch` is S(out).
     #[inline(always)]
-    pub fn sample(&self, out: Vec3<L>, stretch: L, u: [L; 2]) -> Vec3<L> {
+    pub fn sample(&self, out: Vec3<L>, stretch: L, [u, v]: [L; 2]) -> Vec3<L> {
+        self.sample_about(out, stretch, u, sin_cos_turns(v))
+    }
+
+    /// Does as [`sample`](Self::sample) does, with the sine and cosine of the second number in turns.
+    #[inline(always)]
+    pub fn sample_about(&self, out: Vec3<L>, stretch: L, u: L, (sin, cos): (L, L)) -> Vec3<L> {
         let (zero, one) = (L::zero(), L::splat(1.0));
         let w = Vec3::new(out.x * self.x, out.y * self.y, out.z) / stretch;
-        let z = (one - u[0]) * (one + w.z) - w.z;
+        let z = (one - u) * (one + w.z) - w.z;
         let r = max(one - z * z, zero).sqrt();
-        let (sin, cos) = sin_cos_turns(u[1]);
         let half = Vec3::new(
             (r * cos + w.x) * self.x,
             (r * sin + w.y) * self.y,

@@ -98,10 +98,16 @@ fn formulas_agree_with_quadrature() {
         open: false,
     };
     agrees("cylinder", formula, |s| s.cylinder("", cylinder));
+}
+
+#[test]
+fn formulas_of_cones_and_what_else_is_curved_agree_with_quadrature() {
+    let formula = (Method::ClosedForm, CURVED);
+    let base = DVec3::new(0.3, -2.0, 1.0);
     for top_radius in [0.0, 0.25] {
         let cone = Cone {
-            base: cylinder.base,
-            top: cylinder.top,
+            base,
+            top: base + DVec3::new(0.2, 1.0, 0.4),
             base_radius: 0.75,
             top_radius,
             open: false,
@@ -113,6 +119,14 @@ fn formulas_agree_with_quadrature() {
     agrees("quadric", formula, |s| {
         s.quadric("", Quadric { coefficients })
     });
+    agrees("torus", formula, |s| {
+        s.implicit("", torus::tape_of(1.0, 0.3), false, None)
+    });
+}
+
+#[test]
+fn the_formula_of_prisms_agrees_with_quadrature() {
+    let flat = (Method::ClosedForm, FLAT);
     let ring = |points: &[[f64; 2]]| points.iter().map(|p| DVec2::from_array(*p)).collect();
     let prism = Prism {
         outline: ring(&[[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 0.6], [0.0, 2.0]]),
@@ -120,9 +134,6 @@ fn formulas_agree_with_quadrature() {
         height: 0.75,
     };
     agrees("prism", flat, |s| s.prism("", prism.clone()));
-    agrees("torus", formula, |s| {
-        s.implicit("", torus::tape_of(1.0, 0.3), false, None)
-    });
 }
 
 /// The corners of a hull, whose faces have three corners to five.

@@ -5,7 +5,7 @@
 use super::error::CliError;
 use super::memory;
 use super::metadata::SquaredErrors;
-use lanecast_io::{Bits, ExrBands, Matte, Outputs, Picture, SaveError};
+use lanecast_io::{Bits, ExrBands, Outputs, Picture, SaveError};
 use lanecast_picture::render::{Progress, RenderConfig, Rendered, Window};
 use lanecast_picture::shade::RayCounts;
 use std::collections::BTreeMap;
@@ -127,14 +127,9 @@ impl Banded {
     /// Adds the file to `outputs`, which the caller commits. `last` is the last band, with the metadata of
     /// the whole.
     pub fn save_into(self, mut last: Picture, outputs: &mut Outputs) -> Result<(), SaveError> {
-        let manifests = self.manifests.into_iter();
-        let whole = last.mattes.iter().zip(manifests);
-        last.mattes = whole
-            .map(|(matte, manifest)| Matte {
-                manifest,
-                ..matte.clone()
-            })
-            .collect();
+        for (matte, manifest) in last.mattes.iter_mut().zip(self.manifests) {
+            matte.manifest = manifest;
+        }
         self.file.save_into(&last, outputs)
     }
 }

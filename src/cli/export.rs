@@ -3,6 +3,7 @@
 use super::args::{ExportArgs, RENDER_SIZE};
 use super::error::CliError;
 use super::output::{Results, Sink, check_destinations, complain, print, printable_line};
+use super::triangles::triangles;
 use super::{batch, interrupt, scene};
 use lanecast_io::{LoadError, MitsubaPicture, mitsuba_scene, pov_text, pov_warning};
 use lanecast_model::scene::{Camera, Instances, Lighting, Scene};
@@ -14,7 +15,7 @@ pub fn run(args: &ExportArgs, render: clap::Command) -> Result<(), CliError> {
     if let Some(sink) = &args.openjd {
         return batch::export(&args.scene, sink, render);
     }
-    let files: Vec<PathBuf> = args.mitsuba.iter().cloned().collect();
+    let files: Vec<PathBuf> = args.mitsuba.iter().chain(&args.msh).cloned().collect();
     let outputs = check_destinations(&[&args.scene], &files, args.pov.iter())?;
     let scene = scene::load(&args.scene, &args.load_options(outputs))?;
     let size = args.size.unwrap_or(RENDER_SIZE);
@@ -28,6 +29,9 @@ pub fn run(args: &ExportArgs, render: clap::Command) -> Result<(), CliError> {
     let row = scene::pick_camera(&scene.cameras, asked)?;
     let of_scene = |source| LoadError::of_scene(&args.scene, source);
     let instances = Instances::of(&scene).map_err(of_scene)?;
+    if let Some(path) = &args.msh {
+        return msh(args, path, &scene, &instances);
+    }
     let lighting = match args.mitsuba {
         Some(_) => Lighting::Studio,
         None => Lighting::Headlight,
@@ -38,7 +42,7 @@ pub fn run(args: &ExportArgs, render: clap::Command) -> Result<(), CliError> {
             let picture = MitsubaPicture {
                 width: size.width,
                 height: size.height,
-                max_depth: args.max_depth.unwrap_or(16),
+                max_depth: args.max_bounces.unwrap_or(16),
                 stem: path
                     .file_stem()
                     .unwrap_or_default()
@@ -50,6 +54,28 @@ pub fn run(args: &ExportArgs, render: clap::Command) -> Result<(), CliError> {
         }
         None => pov(args, &scene, &camera),
     }
+}
+
+fn msh(
+    args: &ExportArgs,
+    path: &Path,
+    scene: &Scene,
+    instances: &Instances,
+) -> Result<(), CliError> {
+    let (set, left_out) = triangles(scene, instances, "--msh").map_err(CliError::Usage)?;
+    if set.triangles.is_empty() {
+        return Err(CliError::Usage(format!(
+            "{}: the scene has no mesh, and .msh has only triangles",
+            args.scene.display()
+        )));
+    }
+    if let Some(left_out) = left_out {
+        complain(&format!("warning: {}: {left_out}", args.scene.display()));
+    }
+    let mut results = Results::default();
+    set.save_into(path, &mut results.outputs)?;
+    let name = printable_line(&path.display().to_string());
+    results.commit(&format!("{name}: {} triangles\n", set.triangles.len()))
 }
 
 fn pov(args: &ExportArgs, scene: &Scene, camera: &Camera) -> Result<(), CliError> {

@@ -48,6 +48,7 @@ mod tev;
 mod thumbs;
 mod tile;
 mod tradeoff;
+mod triangles;
 mod verify;
 mod version;
 mod view;

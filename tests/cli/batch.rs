@@ -146,7 +146,7 @@ fn a_task_has_the_bits_of_render() {
                  [render]\nsize = \"18x14\"\naov = [\"depth\", \"instance_id\", \"normal\"]\n";
     has_the_bits_of_render(light, 12);
     let ground = "format = 1\nscene = \"s/ball.toml\"\nview = [\"front\", \"iso\"]\n\
-                  [render]\nsize = \"18x14\"\nspp = 2\nground = true\nbits = 16\ntone = \"agx\"\n";
+                  [render]\nsize = \"18x14\"\nspp = 2\nground = true\nbits = 16\nview_transform = \"agx\"\n";
     has_the_bits_of_render(ground, 2);
     let blur = "format = 1\nscene = \"s/block.toml\"\ncamera = [\"near\", \"far\"]\nframe = \"3,9-11\"\n\
                 output = \"{frame}/{camera}.exr\"\n[render]\nsize = \"18x14\"\nspp = 8\n\
@@ -154,7 +154,7 @@ fn a_task_has_the_bits_of_render() {
     has_the_bits_of_render(blur, 8);
     let without = "format = 1\nscene = \"s/ball.toml\"\ncamera = [0, 1]\nframe = [\"0-1\", 5]\n\
                    variant = [{ name = \"few\" }, { name = \"one\", noise = false, spp = 1, max-depth = false }]\n\
-                   [render]\nsize = \"18x14\"\nintegrator = \"path\"\nnoise = 0.2\ndither = false\nmax_depth = 2\n";
+                   [render]\nsize = \"18x14\"\nintegrator = \"path\"\nnoise = 0.2\ndither = false\nmax_bounces = 2\n";
     has_the_bits_of_render(without, 12);
     // Variants of a scene share its trees only if they trace by one structure.
     let heat = "format = 1\nscene = \"s/block.toml\"\nframe = [0, 12]\n\

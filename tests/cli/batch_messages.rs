@@ -81,8 +81,8 @@ fn wrong_jobs_are_refused_before_any_work() {
     refused(&job("render = { camera = \"x\" }"), "beside [render]");
     refused(&job("render = { fps = 24 }"), "--frames");
     refused(
-        &job("output = \"x.exr\"\nrender = { tone = \"agx\" }"),
-        "--tone is for PNG",
+        &job("output = \"x.exr\"\nrender = { view_transform = \"agx\" }"),
+        "--view-transform is for PNG",
     );
     refused(
         &job("output = \"x.jpg\"\nrender = { background = \"transparent\" }"),

@@ -37,9 +37,9 @@ fn version_and_help() {
         "--threads",
         "--seed",
         "--json",
-        "--max-depth",
+        "--max-bounces",
         "--camera",
-        "--tone",
+        "--view-transform",
         "--exposure",
         "--dither",
         "--bits",
@@ -107,13 +107,13 @@ fn wrong_arguments() {
         (small(&["--spp", "65537"]), "1..=65536"),
         (small(&["--threads", "0"]), "1..=1024"),
         (small(&["--threads", "1025"]), "1..=1024"),
-        (small(&["--max-depth", "256"]), "0..=255"),
+        (small(&["--max-bounces", "256"]), "0..=255"),
         (small(&["--seed", "x"]), "--seed"),
         (
-            small(&["-o", "x.exr", "--tone", "agx"]),
-            "--tone is for PNG and JPEG files",
+            small(&["-o", "x.exr", "--view-transform", "agx"]),
+            "--view-transform is for PNG and JPEG files",
         ),
-        (small(&["--tone", "filmic"]), "--tone"),
+        (small(&["--view-transform", "filmic"]), "--view-transform"),
         (small(&["--exposure", "nan"]), "number of stops"),
         (small(&["--background", "mauve"]), "R,G,B"),
         (
@@ -125,8 +125,8 @@ fn wrong_arguments() {
             "--cache is for --integrator path",
         ),
         (
-            small(&["--cache", "irradiance", "--max-depth", "1"]),
-            "--max-depth 2 or more",
+            small(&["--cache", "irradiance", "--max-bounces", "1"]),
+            "--max-bounces 2 or more",
         ),
         (
             small(&["--cache", "photons"]),
@@ -275,11 +275,11 @@ fn options_that_a_command_does_not_use() {
         ("verify", &["--aov", "--tile"][..]),
         (
             "bench",
-            &["--spp", "--aov", "--seed", "--tile", "--max-depth"],
+            &["--spp", "--aov", "--seed", "--tile", "--max-bounces"],
         ),
         (
             "plan",
-            &["--spp", "--aov", "--seed", "--tile", "--max-depth"],
+            &["--spp", "--aov", "--seed", "--tile", "--max-bounces"],
         ),
     ] {
         let help = lanecast(folder().path(), &[command, "--help"]);
@@ -289,7 +289,7 @@ fn options_that_a_command_does_not_use() {
             assert!(!stdout(&help).contains(option), "{command} {option}");
         }
     }
-    let used = ["verify", "x.toml", "--max-depth", "1"];
+    let used = ["verify", "x.toml", "--max-bounces", "1"];
     fails(&used, 3, "x.toml");
 }
 

@@ -12,12 +12,12 @@ const SCENE: &str = r#"format = 1
 eye = [0, 1, 5]
 look_at = [0, 0.5, 0]
 fov_y = 40
-[environment]
-color = [0.2, 0.2, 0.3]
-group = "sky"
+[[light]]
+environment = { color = [0.2, 0.2, 0.3] }
+name = "sky"
 [[light]]
 rectangle = { center = [0, 4, 0], edge_u = [2, 0, 0], edge_v = [0, 0, 2], radiance = [5, 5, 5] }
-group = "key"
+name = "key"
 [material.red]
 base_color = [0.8, 0.1, 0.1]
 [shape.ball]
@@ -195,7 +195,7 @@ fn outputs_that_a_picture_cannot_have_are_refused() {
         ),
         (&["--metadata", "some"], "--metadata"),
         (&["-o", "x.jpg", "--bits", "16"], "8 bits"),
-        (&["-o", "x.hdr", "--tone", "agx"], "linear"),
+        (&["-o", "x.hdr", "--view-transform", "agx"], "linear"),
         (&["-o", "x.jpg", "--background", "transparent"], "no alpha"),
         (
             &["--samples", "0..4", "--aov", "all", "-o", "x.sums"],
@@ -253,13 +253,13 @@ fn names_of_groups_are_checked() {
         ("", "letters, digits"),
         ("ungrouped", "name it otherwise"),
     ] {
-        let text = SCENE.replace("group = \"key\"", &format!("group = \"{name}\""));
+        let text = SCENE.replace("name = \"key\"", &format!("name = \"{name}\""));
         fs::write(folder.path().join("s.toml"), text).unwrap();
         let done = render(folder.path(), &["-o", "x.exr"]);
         assert_eq!(done.status.code(), Some(3));
         let said = stderr(&done);
         assert!(
-            said.contains("s.toml:11:9") && said.contains(says),
+            said.contains("s.toml:11:8") && said.contains(says),
             "{said}"
         );
     }
@@ -318,8 +318,8 @@ fn guides_follow_mirrors_and_glass() {
 eye = [0, 0, 4]
 look_at = [0, 0, 0]
 fov_y = 10
-[environment]
-color = [1, 1, 1]
+[[light]]
+environment = {{ color = [1, 1, 1] }}
 [material.own]
 {material}
 [material.green]
@@ -368,7 +368,7 @@ material = "green"
         of(&format!("{metal} 0.5")),
         [0.9, 0.5, 0.1, half, 0.0, half],
     );
-    let pane = "transmission = 1.0\nior = 1.0\nthin_walled = true\nroughness = 0.0";
+    let pane = "transmission = 1.0\nior = 1.0\nthin = true\nroughness = 0.0";
     near(of(pane), [0.1, 0.7, 0.2, 0.0, 0.0, 1.0]);
 }
 

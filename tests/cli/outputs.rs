@@ -379,7 +379,7 @@ fn inspections_have_a_legend() {
             "{said}"
         );
         assert_eq!(names(folder.path()), ["lanecast.png"]);
-        for option in [["--spp", "2"], ["--max-depth", "1"], ["--noise", "0.1"]] {
+        for option in [["--spp", "2"], ["--max-bounces", "1"], ["--noise", "0.1"]] {
             let arguments = small(&[&["--integrator", integrator][..], &option].concat());
             fails(&arguments, 2, &format!("leave out {}", option[0]));
         }
@@ -459,7 +459,7 @@ fn where_walls_are_nearer_than_a_pixel_a_cache_has_no_records() {
         };
         let scene = [
             "format = 1\n[camera]\neye = [0, 5, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, -1]\n\
-             orthographic = 4.0\n[environment]\ncolor = [1, 1, 1]\n"
+             orthographic = 4.0\n[[light]]\nenvironment = { color = [1, 1, 1] }\n"
                 .to_owned(),
             block("floor", "[-9, -0.5, -3]".into(), "[9, 0, 3]".into()),
             block("left", "[-9, 0, -3]".into(), format!("[-{half}, 1, 3]")),

@@ -201,7 +201,7 @@ fn export_to_mitsuba_writes_all_files() {
     for (arguments, says) in [
         (["--mitsuba", "-"], "name one"),
         (["--mitsuba", "a.toml"], "is the input"),
-        (["--max-depth", "3"], "--pov <FILE>"),
+        (["--max-bounces", "3"], "--pov <FILE>"),
     ] {
         let output = lanecast(
             folder.path(),

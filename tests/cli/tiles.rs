@@ -6,7 +6,7 @@ use std::path::Path;
 
 const SCENE: &str = "format = 1\n\
     [camera]\neye = [1, 2, 5]\nlook_at = [0, 0, 0]\nfov_y = 40\n\
-    [[light]]\ngroup = \"key\"\npoint = { position = [3, 4, 5], intensity = [90, 90, 90] }\n\
+    [[light]]\nname = \"key\"\npoint = { position = [3, 4, 5], intensity = [90, 90, 90] }\n\
     [material.red]\nbase_color = [0.8, 0.1, 0.1]\n\
     [shape.ball]\nsphere = { center = [0, 0, 0], radius = 1 }\n\
     [shape.block]\nbox = { min = [-2, -1.5, -2], max = [2, -1, 2] }\n\
@@ -80,7 +80,7 @@ fn tiles_join_to_the_bits_of_the_whole() {
         ("--size 65x33 --spp 3 --precision fast", "exr", (3, 2)),
         ("--size 70x70 --spp 4 --integrator path", "png", (2, 1)),
         (
-            "--size 70x40 --spp 4 --integrator path --background transparent --tone agx --bits 16",
+            "--size 70x40 --spp 4 --integrator path --background transparent --view-transform agx --bits 16",
             "png",
             (1, 2),
         ),

@@ -17,6 +17,7 @@ mod meshopt;
 mod mutated;
 mod native;
 mod native_bad;
+mod native_looks;
 mod nff;
 mod placed;
 mod points;

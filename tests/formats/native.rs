@@ -211,13 +211,13 @@ fn an_environment_is_read_from_the_scenes_folder() {
     sky.save(&folder.path().join("sky.exr")).unwrap();
     let read = |keys: &str| {
         let text = format!(
-            "format = 1\n[environment]\n{keys}\n[shape.b]\nsphere = {{ center = [0, 0, 0], \
+            "format = 1\n[[light]]\nenvironment = {{ {keys} }}\n[shape.b]\nsphere = {{ center = [0, 0, 0], \
              radius = 1 }}\n[[instance]]\nshape = 'b'\n"
         );
         std::fs::write(&path, text).unwrap();
         load(&path, &LoadOptions::default())
     };
-    let scene = read("file = 'sky.exr'\nrotation = 90\nscale = [1, 0.5, 2]")
+    let scene = read("file = 'sky.exr', rotate_y = 90, scale = [1, 0.5, 2]")
         .unwrap()
         .scene;
     let map = scene.environment.as_ref().unwrap();
@@ -225,21 +225,21 @@ fn an_environment_is_read_from_the_scenes_folder() {
     assert_eq!(map.pixels[..], sky.color[..]);
     assert_eq!(map.rotation, std::f64::consts::FRAC_PI_2);
     assert_eq!(map.scale, [1.0, 0.5, 2.0]);
-    let scene = read("file = 'sky.exr'\nscale = 3").unwrap().scene;
+    let scene = read("file = 'sky.exr', scale = 3").unwrap().scene;
     assert_eq!(scene.environment.as_ref().unwrap().scale, [3.0; 3]);
     std::fs::write(folder.path().join("no.exr"), "x").unwrap();
     for (keys, says) in [
         (
-            "rotation = 9",
-            "scene.toml:2:1: the environment is empty; give one of file, sky",
+            "rotate_y = 9",
+            "scene.toml:3:15: the environment is empty; give one of file, color",
         ),
         (
-            "file = 'sky.exr'\nscale = -1",
-            "scene.toml:4:9: scale must be 0 or greater",
+            "file = 'sky.exr', scale = -1",
+            "scene.toml:3:43: scale must be 0 or greater",
         ),
         (
             "file = 'sky.png'",
-            "scene.toml:3:8: the environment map 'sky.png' cannot be read",
+            "scene.toml:3:24: the environment map 'sky.png' cannot be read",
         ),
         (
             "file = 'scene.toml'",
@@ -247,7 +247,7 @@ fn an_environment_is_read_from_the_scenes_folder() {
         ),
         ("file = '../sky.exr'", "lies outside its folder"),
         ("file = 'no.exr'", "no.exr: OpenEXR: "),
-        ("file = 'sky.exr'\nrotate = 9", "did you mean 'rotation'?"),
+        ("file = 'sky.exr', rotate = 9", "did you mean 'rotate_y'?"),
     ] {
         let said = read(keys).unwrap_err().to_string();
         assert!(said.contains(says), "{said}");

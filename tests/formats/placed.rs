@@ -342,9 +342,9 @@ look_at = [0.0, 0.0, 0.0]
 orthographic = 2.0
 [[light]]
 point = { position = [0.0, 1.0, 0.0], intensity = [3.0, 2.0, 1.0], radius = 0.25 }
-group = "lamps"
+name = "lamps"
 [[light]]
-spot = { position = [0.0, 2.0, 0.0], direction = [0.0, -1.0, 0.0], intensity = [1.0, 1.0, 1.0], angle = 60.0 }
+spot = { position = [0.0, 2.0, 0.0], direction = [0.0, -1.0, 0.0], intensity = [1.0, 1.0, 1.0], outer = 30.0 }
 [shape.bulb]
 sphere = { center = [0.0, 0.0, 0.0], radius = 0.5 }
 [[instance]]
@@ -411,7 +411,7 @@ fn lights_come_with_every_placement_and_cameras_with_the_first() {
         "not imported: 1 × background of a placed file"
     );
     // A sky stays behind, and its sun with it.
-    let sky = "[environment]\nsky = { sun_direction = [0, 1, 1] }\n";
+    let sky = "[[light]]\nsky = { sun_direction = [0, 1, 1] }\n";
     let files = [
         ("main.toml", "[[instance]]\nscene = 'sky.toml'\n"),
         ("sky.toml", &*format!("{LAMP}{sky}")),

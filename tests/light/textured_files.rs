@@ -28,7 +28,7 @@ fn square(material: &str) -> Result<Loaded, LoadError> {
     std::fs::write(place("s.obj"), square).unwrap();
     std::fs::write(place("s.mtl"), "newmtl own\nmap_Kd t.png\n").unwrap();
     let text = format!(
-        "format = 1\n[environment]\ncolor = [1, 1, 1]\n\
+        "format = 1\n[[light]]\nenvironment = {{ color = [1, 1, 1] }}\n\
          [camera]\neye = [0, 0, 3]\nlook_at = [0, 0, 0]\northographic = 2\n\
          [material.m]\nunlit = true\nbase_color = [1, 1, 1]\n{material}\
          [shape.s]\nmesh = \"s.obj\"\n\

@@ -51,8 +51,8 @@ pub(super) fn check_build(builds: &[BuildQuality], accels: &[AccelChoice]) -> Re
 #[derive(Args)]
 pub struct DepthArgs {
     /// Maximum number of reflections and refractions of a ray
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = value_parser!(u32).range(0..=255))]
-    pub max_depth: u32,
+    #[arg(long, alias = "max-depth", value_name = "N", default_value_t = 5, value_parser = value_parser!(u32).range(0..=255))]
+    pub max_bounces: u32,
 }
 
 /// Options of the commands that trace polynomial surfaces in `fast`.

@@ -1,7 +1,7 @@
 //! Options of how a picture becomes a PNG file.
 
 use super::CliError;
-use super::values::{parse_bits, parse_dither, parse_exposure, parse_tone};
+use super::values::{parse_bits, parse_dither, parse_exposure, parse_view_transform};
 use clap::Args;
 use lanecast_io::{Bits, Development, Tone};
 use lanecast_picture::render::{Backdrop, Integrator, RenderConfig};
@@ -10,10 +10,10 @@ use std::path::Path;
 /// Options of PNG and JPEG files; OpenEXR and HDR files stay linear.
 #[derive(Args)]
 pub struct DevelopmentArgs {
-    /// Tone curve of PNG and JPEG files: none, neutral (Khronos PBR Neutral), agx or aces
+    /// View transform of PNG and JPEG files, from radiance to what a screen shows: none, neutral (Khronos PBR Neutral), agx or aces
     /// [default: neutral for paths, else none]
-    #[arg(long, value_name = "CURVE", value_parser = parse_tone)]
-    pub tone: Option<Tone>,
+    #[arg(long, alias = "tone", value_name = "CURVE", value_parser = parse_view_transform)]
+    pub view_transform: Option<Tone>,
     /// Multiply the radiance in PNG and JPEG files by 2^STOPS
     #[arg(long, value_name = "STOPS", allow_hyphen_values = true, value_parser = parse_exposure)]
     pub exposure: Option<f64>,
@@ -31,7 +31,7 @@ impl DevelopmentArgs {
     /// radiance has no upper end, and its gradients are slow.
     pub fn of_radiance(&self, development: Development) -> Development {
         Development {
-            tone: self.tone.unwrap_or(Tone::Neutral),
+            tone: self.view_transform.unwrap_or(Tone::Neutral),
             dither: self.dither.unwrap_or(true),
             ..development
         }
@@ -40,7 +40,7 @@ impl DevelopmentArgs {
     /// Completes the development of a picture whose integrator is known.
     ///
     /// A backdrop that was named is laid under the finished picture, which is traced with alpha,
-    /// where a tone curve or an exposure would make another colour of it.
+    /// where a view transform or an exposure would make another colour of it.
     pub fn complete(
         &self,
         development: Development,
@@ -70,7 +70,7 @@ impl DevelopmentArgs {
     /// Replaces what is asked for in the development that the tiles of a picture have.
     pub fn over(&self, of_tiles: Development) -> Development {
         Development {
-            tone: self.tone.unwrap_or(of_tiles.tone),
+            tone: self.view_transform.unwrap_or(of_tiles.tone),
             exposure: self.exposure.unwrap_or(of_tiles.exposure),
             dither: self.dither.unwrap_or(of_tiles.dither),
             bits: self.bits.unwrap_or(of_tiles.bits),
@@ -87,7 +87,7 @@ impl DevelopmentArgs {
             ));
         }
         let given = [
-            ("--tone", self.tone.is_some()),
+            ("--view-transform", self.view_transform.is_some()),
             ("--exposure", self.exposure.is_some()),
             ("--dither", self.dither.is_some()),
             ("--bits", self.bits.is_some()),
@@ -100,7 +100,7 @@ impl DevelopmentArgs {
         }
         let default = Development::default();
         Ok(Development {
-            tone: self.tone.unwrap_or(default.tone),
+            tone: self.view_transform.unwrap_or(default.tone),
             exposure: self.exposure.unwrap_or(default.exposure),
             dither: self.dither.unwrap_or(default.dither),
             bits: self.bits.unwrap_or(default.bits),

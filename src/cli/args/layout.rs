@@ -14,7 +14,7 @@ const HEADINGS: [(&str, &[&str]); 7] = [
             "max_spp",
             "cache",
             "cache_error",
-            "max_depth",
+            "max_bounces",
             "sampler",
             "filter",
             "seed",
@@ -25,7 +25,7 @@ const HEADINGS: [(&str, &[&str]); 7] = [
     (
         "Files of pictures",
         &[
-            "tone",
+            "view_transform",
             "exposure",
             "dither",
             "bits",

@@ -35,7 +35,7 @@ pub struct LightArgs {
     pub spp: Option<u32>,
     /// Render only the samples A to B - 1 of each pixel of a picture of paths, and write their
     /// sums, which lanecast merge adds up
-    #[arg(long, value_name = "A..B", allow_hyphen_values = true, value_parser = parse_samples, conflicts_with_all = ["spp", "noise", "frames", "aov", "cryptomatte_levels", "metadata", "tone", "exposure", "dither", "bits"])]
+    #[arg(long, value_name = "A..B", allow_hyphen_values = true, value_parser = parse_samples, conflicts_with_all = ["spp", "noise", "frames", "aov", "cryptomatte_levels", "metadata", "view_transform", "exposure", "dither", "bits"])]
     pub samples: Option<Samples>,
     /// Sample until the noise is below this, about that of a mid-grey, as 0.01; only paths
     #[arg(long, value_name = "NOISE", value_parser = parse_noise, conflicts_with = "spp")]
@@ -53,8 +53,8 @@ pub struct LightArgs {
     #[arg(long, value_name = "ERROR", requires = "cache", value_parser = parse_cache_error)]
     pub cache_error: Option<f64>,
     /// Maximum number of reflections and refractions of a ray [default: 16 for paths, else 5]
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..=255))]
-    pub max_depth: Option<u32>,
+    #[arg(long, alias = "max-depth", value_name = "N", value_parser = value_parser!(u32).range(0..=255))]
+    pub max_bounces: Option<u32>,
     /// Random numbers of paths: sobol (Owen-scrambled), stratified or independent [default: sobol]
     #[arg(long, value_name = "NAME", value_parser = parse_sampler)]
     pub sampler: Option<SamplerKind>,
@@ -88,7 +88,7 @@ impl LightArgs {
             ("--spp", self.spp.is_some()),
             ("--samples", self.samples.is_some()),
             ("--noise", self.noise.is_some()),
-            ("--max-depth", self.max_depth.is_some()),
+            ("--max-bounces", self.max_bounces.is_some()),
         ];
         match given.iter().find(|(_, is)| *is) {
             Some((name, _)) => Err(CliError::Usage(format!(
@@ -130,9 +130,9 @@ impl LightArgs {
             Grid::Centers => self.spp.unwrap_or(spp),
             Grid::Corners => 1,
         };
-        if self.cache.is_some() && self.max_depth.is_some_and(|depth| depth < 2) {
+        if self.cache.is_some() && self.max_bounces.is_some_and(|depth| depth < 2) {
             return Err(CliError::Usage(
-                "--cache is of light that is reflected twice; leave it out, or ask for --max-depth \
+                "--cache is of light that is reflected twice; leave it out, or ask for --max-bounces \
                  2 or more"
                     .into(),
             ));
@@ -176,7 +176,7 @@ impl LightArgs {
                 error: self.cache_error.unwrap_or(0.2),
             }),
             spp,
-            max_depth: self.max_depth.unwrap_or(max_depth),
+            max_depth: self.max_bounces.unwrap_or(max_depth),
             sampler: self.sampler.unwrap_or(config.sampler),
             filter,
             ..config

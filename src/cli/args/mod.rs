@@ -76,7 +76,7 @@ pub struct RenderArgs {
     /// Choose the options of the fastest way that keeps bounds: within:rmse=X, flip=X, wrong-pixels=N,
     /// separated by commas, or the most accurate of seconds=X (of a picture of 240x135). They are
     /// measured once for each class of scenes, as tradeoff does, and kept in the user's cache
-    #[arg(long, value_name = "within:BOUNDS", value_parser = Accuracy::parse, conflicts_with_all = ["spp", "noise", "samples", "sampler", "filter", "cache", "max_depth", "shutter_slices", "precision", "accel", "lanes", "solver", "integrator"])]
+    #[arg(long, value_name = "within:BOUNDS", value_parser = Accuracy::parse, conflicts_with_all = ["spp", "noise", "samples", "sampler", "filter", "cache", "max_bounces", "shutter_slices", "precision", "accel", "lanes", "solver", "integrator"])]
     pub accuracy: Option<Accuracy>,
     #[command(flatten)]
     pub light: LightArgs,
@@ -320,11 +320,12 @@ impl ConvertArgs {
 }
 
 /// Options of `export` that jobs have in themselves, or have no use for.
-const OF_SCENES: [&str; 18] = [
+const OF_SCENES: [&str; 19] = [
+    "msh",
     "pov",
     "mitsuba",
     "size",
-    "max_depth",
+    "max_bounces",
     "camera",
     "view",
     "orbit",
@@ -348,12 +349,15 @@ pub struct ExportArgs {
     #[arg(value_parser = scene_path())]
     pub scene: PathBuf,
     /// Write a scene description for POV-Ray 3.7; - is standard output
-    #[arg(long, value_name = "FILE", required_unless_present_any = ["mitsuba", "openjd"], value_parser = Sink::parse)]
+    #[arg(long, value_name = "FILE", required_unless_present_any = ["mitsuba", "msh", "openjd"], value_parser = Sink::parse)]
     pub pov: Option<Sink>,
     /// Write a scene for Mitsuba 3: this XML file, and beside it meshes and maps whose names
     /// begin with the file's
     #[arg(long, value_name = "FILE", conflicts_with = "pov", value_parser = parse_page)]
     pub mitsuba: Option<PathBuf>,
+    /// Write the triangles of all meshes in world space, .msh, as bench --mesh reads them
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["pov", "mitsuba", "size", "max_bounces"], value_parser = parse_page)]
+    pub msh: Option<PathBuf>,
     /// Write a job of lanecast batch as a template of Open Job Description, .yaml, for a farm; - is
     /// standard output
     #[arg(long, value_name = "FILE", conflicts_with_all = OF_SCENES, value_parser = Sink::parse)]
@@ -362,8 +366,8 @@ pub struct ExportArgs {
     #[arg(long, value_name = "WxH", conflicts_with = "pov", allow_hyphen_values = true, value_parser = parse_size)]
     pub size: Option<Size>,
     /// Maximum number of bounces of Mitsuba's paths [default: 16, as of our own]
-    #[arg(long, value_name = "N", conflicts_with = "pov", value_parser = value_parser!(u32).range(0..=255))]
-    pub max_depth: Option<u32>,
+    #[arg(long, alias = "max-depth", value_name = "N", conflicts_with = "pov", value_parser = value_parser!(u32).range(0..=255))]
+    pub max_bounces: Option<u32>,
     #[command(flatten)]
     pub view: ViewArgs,
     #[command(flatten)]
@@ -451,7 +455,7 @@ impl VerifyArgs {
     pub fn config(&self) -> Result<RenderConfig, CliError> {
         self.build.check(self.common.accel)?;
         Ok(RenderConfig {
-            max_depth: self.depth.max_depth,
+            max_depth: self.depth.max_bounces,
             build: self.build.quality,
             solver: self.solver.checked(self.common.precision)?,
             ..self.common.config(VERIFY_SIZE)?

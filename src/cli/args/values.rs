@@ -225,7 +225,7 @@ pub fn parse_reuse(text: &str) -> Result<ReuseChoice, String> {
     one_of(text, &[("auto", ReuseChoice(None)), a, b, c])
 }
 
-pub fn parse_tone(text: &str) -> Result<Tone, String> {
+pub fn parse_view_transform(text: &str) -> Result<Tone, String> {
     one_of(text, &Tone::ALL.map(|tone| (tone.name(), tone)))
 }
 
@@ -416,8 +416,8 @@ mod tests {
 
     #[test]
     fn developments_and_backdrops() {
-        assert_eq!(parse_tone("agx").unwrap(), Tone::Agx);
-        assert!(parse_tone("AgX").is_err());
+        assert_eq!(parse_view_transform("agx").unwrap(), Tone::Agx);
+        assert!(parse_view_transform("AgX").is_err());
         assert_eq!(parse_exposure("-1.5").unwrap(), -1.5);
         assert!(
             ["nan", "101", "", "1 stop"]

@@ -54,7 +54,7 @@ pub fn arguments(options: &Map<String, Value>, render: &Command) -> Result<Vec<S
                 .get_arguments()
                 .filter(|arg| arg.get_long().is_some())
         };
-        let Some(arg) = known().find(|arg| arg.get_long() == Some(&name[..])) else {
+        let Some(arg) = known().find(|arg| is_named(arg, &name)) else {
             let names = known().filter_map(|arg| arg.get_long());
             let hint = nearest(&name, names).map(|near| format!("did you mean {near}? "));
             return Err(format!(
@@ -115,6 +115,12 @@ pub fn parsed(render: &mut Command, arguments: &[OsString]) -> Result<RenderArgs
         let said = said.split("\n\n").next().unwrap_or(said);
         said.split_whitespace().collect::<Vec<_>>().join(" ")
     })
+}
+
+/// Says whether an option has a name, or an older one that is still taken.
+fn is_named(arg: &clap::Arg, name: &str) -> bool {
+    let others = arg.get_all_aliases().unwrap_or_default();
+    arg.get_long() == Some(name) || others.contains(&name)
 }
 
 #[cfg(test)]

@@ -5,7 +5,6 @@
 //! meshes of increasing size (`growth.rs`); `--frames` measures what one frame of a
 //! moving scene gains from the one before (`frames.rs`).
 
-mod export;
 mod frames;
 mod growth;
 mod report;
@@ -16,6 +15,7 @@ use super::error::CliError;
 use super::interrupt;
 use super::output::{Results, check_destinations, complain};
 use super::pipeline::{complete, isa, prepare};
+use super::triangles::triangles;
 use lanecast_io::{LoadError, RaySet, TriangleSet};
 use lanecast_measure::bench::comparisons;
 use lanecast_measure::plot::{Heading, bench_page};
@@ -101,12 +101,12 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
 
     let mut results = Results::default();
     if !exports.is_empty() {
-        let (triangles, dropped) =
-            export::triangles(&prepared.scene, &prepared.instances).map_err(CliError::Usage)?;
+        let (set, dropped) =
+            triangles(&prepared.scene, &prepared.instances, "--export").map_err(CliError::Usage)?;
         if let Some(dropped) = dropped {
             complain(&format!("warning: {}: {dropped}", exports[0].display()));
         }
-        triangles.save_into(&exports[0], &mut results.outputs)?;
+        set.save_into(&exports[0], &mut results.outputs)?;
         for (path, job) in exports[1..].iter().zip(&jobs) {
             job.rays.save_into(path, &mut results.outputs)?;
         }

@@ -1,11 +1,11 @@
 //! The measurement of one scene: structures, modes, ray sets and a baseline.
 
-use super::export;
 use crate::args::BenchArgs;
 use crate::error::CliError;
 use crate::interrupt;
 use crate::pipeline::{Prepared, isa, structure};
 use crate::progress::{Drawing, Style};
+use crate::triangles::triangles;
 use lanecast_engine::accel::{Accelerator, BuildQuality, World};
 use lanecast_engine::trace::{Caching, HitId};
 use lanecast_measure::Stats;
@@ -402,7 +402,7 @@ fn baseline(
     let Prepared {
         scene, instances, ..
     } = prepared;
-    let (triangles, dropped) = export::triangles(scene, instances).map_err(CliError::Usage)?;
+    let (set, dropped) = triangles(scene, instances, "--export").map_err(CliError::Usage)?;
     if dropped.is_some() {
         return Err(CliError::Usage(
             "--peers embree traces triangles only, and this scene has other shapes; \
@@ -410,7 +410,7 @@ fn baseline(
                 .into(),
         ));
     }
-    let mut ids = Vec::with_capacity(triangles.triangles.len());
+    let mut ids = Vec::with_capacity(set.triangles.len());
     for (instance, row) in (0_u64..).zip(instances.iter(scene)) {
         if let Shape::Mesh(id) = scene.shapes.row(row.shape) {
             let count = scene.meshes.row(id).triangles.len();
@@ -427,7 +427,7 @@ fn baseline(
             .any(|p| BaselineTests::beside(*p) == *tests)
     };
     let tests: Vec<BaselineTests> = tests.filter(wanted).collect();
-    let embree = Embree::new(&triangles, &tests, prepared.pool.current_num_threads());
+    let embree = Embree::new(&set, &tests, prepared.pool.current_num_threads());
     let embree = embree.map_err(|error| CliError::Usage(error.to_string()))?;
     Ok((embree, ids))
 }

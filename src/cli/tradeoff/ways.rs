@@ -87,7 +87,7 @@ pub fn ways(
     }
     if base.integrator == Integrator::Path {
         for depth in [1, 2, 4, 8] {
-            let option = format!("--max-depth {depth}");
+            let option = format!("--max-bounces {depth}");
             ways.add("depth", &option, |c| c.max_depth = depth);
         }
         caches(&mut ways);

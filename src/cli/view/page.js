@@ -14,7 +14,7 @@ const CHOICES = {
   spp: [["", "as the command"], ...[1, 4, 16, 64, 256, 1024, 4096].map(n => [String(n), String(n)])],
   scale: [["1", "of the window"], ["0.5", "a half"], ["0.25", "a fourth"]],
   background: [["", "by the scene"], ["transparent", "transparent"], ["white", "white"], ["black", "black"]],
-  tone: [["", "by the light"], ["none", "none"], ["neutral", "neutral"], ["agx", "AgX"], ["aces", "ACES"]],
+  "view-transform": [["", "by the light"], ["none", "none"], ["neutral", "neutral"], ["agx", "AgX"], ["aces", "ACES"]],
 };
 const KEYS = [
   ["drag, arrows", "orbit"], ["right or shift drag", "pan"], ["wheel, + −", "nearer, farther"],
@@ -128,7 +128,7 @@ function onScene(scene) {
     home = {};
     PLACES.filter(name => name in options).forEach(name => { home[name] = options[name]; });
     for (const name of Object.keys(CHOICES)) fill($(name), CHOICES[name]);
-    for (const name of ["integrator", "precision", "spp", "background", "tone"]) {
+    for (const name of ["integrator", "precision", "spp", "background", "view-transform"]) {
       choose($(name), options[name] || "");
     }
     if (fixedSize) fill($("scale"), [["1", options.size.replace("x", " × ")]]);
@@ -426,7 +426,7 @@ for (const [row, side] of SIDES.entries()) {
   button.onclick = () => place({view: side});
 }
 for (const button of document.querySelectorAll("[data-do]")) button.onclick = ACTIONS[button.dataset.do];
-for (const name of ["integrator", "precision", "spp", "background", "tone", "shutter"]) {
+for (const name of ["integrator", "precision", "spp", "background", "view-transform", "shutter"]) {
   $(name).onchange = () => set(name, $(name).value);
 }
 $("camera").onchange = () => place($("camera").value === "" ? {} : {camera: $("camera").value});

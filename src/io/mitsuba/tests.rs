@@ -29,7 +29,7 @@ fn exact_scenes_have_no_warning() {
         "background = [0.5, 0.25, 0]\n{CAMERA}{LIGHT}\
          [material.dull]\nspecular = 0.0\nbase_color = [0.25, 0.5, 0.75]\n\
          [material.glass]\nbase_color = [1, 1, 1]\nroughness = 0\ntransmission = 1\n\
-         [material.pane]\nbase_color = [1, 1, 1]\nroughness = 0\ntransmission = 1\nthin_walled = true\n\
+         [material.pane]\nbase_color = [1, 1, 1]\nroughness = 0\ntransmission = 1\nthin = true\n\
          [shape.ball]\nsphere = {{ center = [1, 0, 0], radius = 0.5 }}\n\
          [shape.block]\nbox = {{ min = [0, 0, 0], max = [2, 4, 6] }}\n\
          [shape.floor]\npolygon = {{ points = [[-1, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1]] }}\n\

@@ -134,8 +134,8 @@ fn count_left_out(file: &schema::File, report: &mut ImportReport) {
     report.add_many("light of an included file", lights);
     let cameras = rows(file.camera.as_ref().map(|all| all.0.0.len()));
     report.add_many("camera of an included file", cameras);
-    let environments = usize::from(file.environment.is_some());
-    report.add_many("environment of an included file", environments);
+    let shutters = usize::from(file.shutter.is_some());
+    report.add_many("shutter of an included file", shutters);
     let backgrounds = usize::from(file.background.is_some());
     report.add_many("background of an included file", backgrounds);
     let lengths = usize::from(file.seconds.is_some());

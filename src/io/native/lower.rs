@@ -7,7 +7,7 @@
 use super::files::Files;
 use super::include::{Defined, Unit};
 use super::lower_camera::camera;
-use super::lower_looks::{environment, group, material};
+use super::lower_looks::{environment, group, material, sky};
 use super::lower_placement::Placements;
 use super::places::{FilePlaces, Offsets};
 use super::schema::{Named, Triple};
@@ -17,7 +17,7 @@ use super::tree::{Source, nearest, quoted};
 use super::{
     lower_csg, lower_light, lower_pattern, lower_shape, lower_shutter, lower_texture, lower_views,
 };
-use crate::scene::{EntityKind, LightId, Lit, MaterialId, NodeId, SceneBuilder, ShapeId};
+use crate::scene::{EntityKind, Lit, MaterialId, NodeId, SceneBuilder, ShapeId};
 use crate::{ImportReport, LoadError, LoadOptions};
 use glam::DVec3;
 use std::collections::HashMap;
@@ -36,9 +36,13 @@ pub(super) fn lower(
     let mut at: Vec<Offsets> = units.iter().map(|_| Offsets::default()).collect();
     let own = units.len() - 1;
     let cameras = units[own].file.camera.take().unwrap_or_default();
-    if files.is_placing() && units[own].file.environment.take().is_some() {
+    if files.is_placing()
+        && let Some(lights) = &mut units[own].file.light
+    {
         // A sky would add its sun to the lights, which come along.
-        report.add("environment of a placed file");
+        let all = lights.len();
+        lights.retain(|row| row.value.environment.is_none() && row.value.sky.is_none());
+        report.add_many("environment of a placed file", all - lights.len());
     }
     seen_by(&units[own], cameras, (options, report), scene, &mut at[own])?;
     let has_textures = |unit: &Unit| {
@@ -190,32 +194,48 @@ fn seen_by(
         }
         scene.motion_takes(seconds.value);
     }
-    if let Some(row) = &file.environment {
-        let lights = scene.tables().lights.len() as u32;
-        environment(source, row, (options, report), scene)?;
-        let suns = lights..scene.tables().lights.len() as u32;
-        let suns = suns.map(|row| Lit::Light(LightId(row)));
-        let all = std::iter::once(Lit::Environment).chain(suns);
-        group(source, &row.value.group, all, scene)?;
+    if let (Some(shutter), true) = (&file.shutter, cameras.is_empty()) {
+        let message = "a shutter is of cameras, and this file has none; give it a [camera], or ask for \
+                       --shutter";
+        return Err(source.error(shutter.at, message));
     }
     for (name, row) in &cameras {
         let id = scene.camera(&name.value, camera(source, row)?);
         if let Some(motion) = &row.value.motion {
             scene.move_camera(id, &lower_shutter::camera_keys(source, &row.value, motion)?);
         }
-        if let Some(shutter) = &row.value.shutter {
+        if let Some(shutter) = row.value.shutter.as_ref().or(file.shutter.as_ref()) {
             scene.shutter(id, lower_shutter::shutter(source, shutter)?);
         }
         at.note(EntityKind::Camera, id.0 as usize..id.0 as usize + 1, row.at);
     }
     for row in file.light.iter().flatten() {
-        let light = lower_light::light(source, row)?;
-        let id = scene.light(light);
-        if let Some(motion) = &row.value.motion {
-            scene.move_light(id, &lower_light::keys(source, light, motion)?);
+        lower_light::check_kind(source, row)?;
+        let At { at: place, value } = row;
+        let surrounds = value.environment.is_some() || value.sky.is_some();
+        if surrounds && scene.tables().environment.is_some() {
+            let message =
+                "a scene has one environment or one sky, and this is another; leave it out";
+            return Err(source.error(*place, message));
         }
-        group(source, &row.value.group, [Lit::Light(id)], scene)?;
-        at.note(EntityKind::Light, id.index()..id.index() + 1, row.at);
+        let light = match (&value.environment, &value.sky) {
+            (Some(map), _) => {
+                environment(source, map, (options, report), scene)?;
+                None
+            }
+            (_, Some(row)) => Some(sky(source, row, scene)?),
+            _ => Some(lower_light::light(source, row)?),
+        };
+        let mut lit: Vec<Lit> = surrounds.then_some(Lit::Environment).into_iter().collect();
+        if let Some(light) = light {
+            let id = scene.light(light);
+            if let Some(motion) = &value.motion {
+                scene.move_light(id, &lower_light::keys(source, row, (light, motion))?);
+            }
+            lit.push(Lit::Light(id));
+            at.note(EntityKind::Light, id.index()..id.index() + 1, *place);
+        }
+        group(source, &value.name, lit, scene)?;
     }
     Ok(())
 }

@@ -1,14 +1,14 @@
 //! From the typed file to lights, and to how they move.
 
-use super::lower::{Result, not_one, not_zero};
+use super::lower::{Result, exactly_one, not_zero};
 use super::schema_light::{self, LightKey};
 use super::source_spans::At;
 use super::tree::Source;
 use crate::scene::{Falloff, Light};
 use glam::DVec3;
 
-/// Returns a light of the file, as it is at time 0.
-pub(super) fn light(source: &Source, row: &At<schema_light::Light>) -> Result<Light> {
+/// Checks that a light is of exactly one kind, and that one that moves is of a kind that can.
+pub(super) fn check_kind(source: &Source, row: &At<schema_light::Light>) -> Result<()> {
     let light = &row.value;
     let given = [
         ("point", light.point.is_some()),
@@ -16,10 +16,23 @@ pub(super) fn light(source: &Source, row: &At<schema_light::Light>) -> Result<Li
         ("directional", light.directional.is_some()),
         ("rectangle", light.rectangle.is_some()),
         ("disc", light.disc.is_some()),
+        ("sphere", light.sphere.is_some()),
+        ("environment", light.environment.is_some()),
+        ("sky", light.sky.is_some()),
     ];
-    if given.iter().filter(|(_, is)| *is).count() != 1 {
-        return Err(not_one(source, row.at, "a light", &given));
+    let kind = exactly_one(source, row.at, "a light", &given)?;
+    match &light.motion {
+        Some(motion) if matches!(kind, "environment" | "sky") => {
+            let message = format!("the {kind} does not move; leave its motion out");
+            Err(source.error(motion.at, message))
+        }
+        _ => Ok(()),
     }
+}
+
+/// Returns a light of the file that stands somewhere, as it is at time 0.
+pub(super) fn light(source: &Source, row: &At<schema_light::Light>) -> Result<Light> {
+    let light = &row.value;
     if let Some(lamp) = &light.point {
         return Ok(Light::Point {
             position: DVec3::from_array(lamp.position),
@@ -36,8 +49,8 @@ pub(super) fn light(source: &Source, row: &At<schema_light::Light>) -> Result<Li
             position: DVec3::from_array(lamp.position),
             direction: not_zero(source, "direction", &lamp.direction)?,
             intensity: lamp.intensity,
-            inner: half_angle(lamp.full.unwrap_or(0.0)),
-            outer: half_angle(lamp.angle),
+            inner: lamp.inner.unwrap_or(0.0).to_radians(),
+            outer: lamp.outer.to_radians(),
             radius: lamp.radius.unwrap_or(0.0),
         });
     }
@@ -50,11 +63,7 @@ pub(super) fn light(source: &Source, row: &At<schema_light::Light>) -> Result<Li
         });
     }
     if let Some(disc) = &light.disc {
-        let radius = disc.radius.value;
-        if !(radius > 0.0 && radius.is_finite()) {
-            let message = format!("radius = {radius}; it must be greater than 0, and finite");
-            return Err(source.error(disc.radius.at, message));
-        }
+        let radius = positive(source, &disc.radius)?;
         return Ok(Light::Disc {
             center: DVec3::from_array(disc.center),
             normal: not_zero(source, "normal", &disc.normal)?,
@@ -63,21 +72,45 @@ pub(super) fn light(source: &Source, row: &At<schema_light::Light>) -> Result<Li
             two_sided: disc.two_sided.unwrap_or(false),
         });
     }
+    if let Some(ball) = &light.sphere {
+        let radius = positive(source, &ball.radius)?;
+        return Ok(Light::Point {
+            position: DVec3::from_array(ball.center),
+            intensity: ball.radiance.map(|c| of_disc(c, radius)),
+            falloff: Falloff::InverseSquare,
+            radius,
+        });
+    }
     match &light.directional {
         Some(sun) => Ok(Light::Directional {
             direction: not_zero(source, "direction", &sun.direction)?,
             irradiance: sun.irradiance,
             angle: half_angle(sun.angle.unwrap_or(0.0)),
         }),
-        None => Err(not_one(source, row.at, "a light", &given)),
+        None => Err(source.error(row.at, "the light stands nowhere; give it a point")),
     }
+}
+
+/// Reads a radius greater than 0.
+fn positive(source: &Source, radius: &At<f64>) -> Result<f64> {
+    let At { at, value } = *radius;
+    if value > 0.0 && value.is_finite() {
+        return Ok(value);
+    }
+    let message = format!("radius = {value}; it must be greater than 0, and finite");
+    Err(source.error(at, message))
+}
+
+/// Returns the intensity of a ball of a radiance, whose outline is a disc from everywhere.
+fn of_disc(radiance: f32, radius: f64) -> f32 {
+    (f64::from(radiance) * std::f64::consts::PI * radius * radius) as f32
 }
 
 /// Returns the keys of a light, the first as it is at time 0.
 pub(super) fn keys(
     source: &Source,
-    light: Light,
-    motion: &At<Vec<At<LightKey>>>,
+    of: &At<schema_light::Light>,
+    (light, motion): (Light, &At<Vec<At<LightKey>>>),
 ) -> Result<Vec<(f64, Light)>> {
     if motion.value.is_empty() {
         let message = "motion has no keys; give one, such as { at = 1.0, color = [0, 0, 0] }, or \
@@ -85,6 +118,7 @@ pub(super) fn keys(
         return Err(source.error(motion.at, message));
     }
     let mut keys = vec![(0.0, light)];
+    let mut radiance = of.value.sphere.as_ref().map(|ball| ball.radiance);
     for row in &motion.value {
         let (last, mut light) = keys[keys.len() - 1];
         let time = row.value.at.value;
@@ -95,6 +129,16 @@ pub(super) fn keys(
             return Err(source.error(row.value.at.at, message));
         }
         change(source, row, &mut light)?;
+        if let (
+            Some(radiance),
+            Light::Point {
+                intensity, radius, ..
+            },
+        ) = (&mut radiance, &mut light)
+        {
+            *radiance = row.value.color.unwrap_or(*radiance);
+            *intensity = radiance.map(|c| of_disc(c, *radius));
+        }
         keys.push((time, light));
     }
     Ok(keys)

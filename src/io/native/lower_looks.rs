@@ -12,29 +12,18 @@ use crate::scene::{Environment, Layers, Light, Lit, Material, Model, SceneBuilde
 use crate::{Folder, ImportReport, LoadError, LoadOptions};
 use lanecast_light::sky::sky as clear_sky;
 
-/// Adds the environment, and the sun of a sky.
+/// Adds an environment by a picture or a colour.
 pub(super) fn environment(
     source: &Source,
     row: &At<schema_light::Environment>,
     (options, report): (&LoadOptions, &mut ImportReport),
     scene: &mut SceneBuilder,
 ) -> Result<()> {
-    let at = row.at;
-    let row = &row.value;
-    let scale = match &row.scale {
-        Some(scale) if scale.value.0.iter().any(|factor| *factor < 0.0) => {
-            return Err(source.error(scale.at, "scale must be 0 or greater"));
-        }
-        Some(scale) => scale.value.0.map(|factor| factor as f32),
-        None => [1.0; 3],
-    };
-    if scale.iter().any(|factor| factor.is_infinite()) {
-        let at = row.scale.as_ref().map_or(at, |scale| scale.at);
-        return Err(source.error(at, "scale is too large; at most 3e38 is possible here"));
-    }
-    let rotation = row.rotation.unwrap_or(0.0).to_radians();
-    match (&row.file, &row.sky, &row.color) {
-        (Some(file), None, None) => {
+    let At { at, value: row } = row;
+    let scale = scale(source, &row.scale)?;
+    let rotation = row.rotate_y.unwrap_or(0.0).to_radians();
+    match (&row.file, &row.color) {
+        (Some(file), None) => {
             let map = picture_of_sky(source, file, (options, report))?;
             scene.environment(Environment {
                 width: map.width,
@@ -45,43 +34,56 @@ pub(super) fn environment(
             });
             Ok(())
         }
-        (None, None, Some(color)) if color.value.iter().any(|c| *c < 0.0) => {
+        (None, Some(color)) if color.value.iter().any(|c| *c < 0.0) => {
             Err(source.error(color.at, "color must be 0 or greater"))
         }
-        (None, None, Some(color)) => {
+        (None, Some(color)) => {
             let radiance = std::array::from_fn(|k| color.value[k] * scale[k]);
             scene.environment(Environment::uniform(radiance));
             Ok(())
         }
-        (None, Some(sky), None) => {
-            let towards = not_zero(source, "sun_direction", &sky.sun_direction)?;
-            let ground = sky.ground.unwrap_or([0.3; 3]);
-            let turbidity = sky.turbidity.unwrap_or(3.0);
-            let (map, sun) = clear_sky(towards.to_array(), turbidity, ground);
-            scene.environment(Environment { scale, ..map });
-            if let Light::Directional {
-                direction,
-                irradiance,
-                angle,
-            } = sun
-            {
-                scene.light(Light::Directional {
-                    direction,
-                    irradiance: std::array::from_fn(|k| irradiance[k] * scale[k]),
-                    angle,
-                });
-            }
-            Ok(())
-        }
-        (file, sky, color) => {
-            let given = [
-                ("file", file.is_some()),
-                ("sky", sky.is_some()),
-                ("color", color.is_some()),
-            ];
-            Err(not_one(source, at, "the environment", &given))
+        (file, color) => {
+            let given = [("file", file.is_some()), ("color", color.is_some())];
+            Err(not_one(source, *at, "the environment", &given))
         }
     }
+}
+
+/// Adds a clear sky as the environment. Returns its sun, a light.
+pub(super) fn sky(
+    source: &Source,
+    row: &At<schema_light::Sky>,
+    scene: &mut SceneBuilder,
+) -> Result<Light> {
+    let sky = &row.value;
+    let scale = scale(source, &sky.scale)?;
+    let towards = not_zero(source, "sun_direction", &sky.sun_direction)?;
+    let ground = sky.ground.unwrap_or([0.3; 3]);
+    let turbidity = sky.turbidity.unwrap_or(3.0);
+    let (map, mut sun) = clear_sky(towards.to_array(), turbidity, ground);
+    scene.environment(Environment { scale, ..map });
+    if let Light::Directional { irradiance, .. } = &mut sun {
+        *irradiance = std::array::from_fn(|k| irradiance[k] * scale[k]);
+    }
+    Ok(sun)
+}
+
+/// Reads a factor of radiance.
+fn scale(source: &Source, row: &Option<At<schema::Scale>>) -> Result<[f32; 3]> {
+    let Some(scale) = row else {
+        return Ok([1.0; 3]);
+    };
+    if scale.value.0.iter().any(|factor| *factor < 0.0) {
+        return Err(source.error(scale.at, "scale must be 0 or greater"));
+    }
+    let factors = scale.value.0.map(|factor| factor as f32);
+    if factors.iter().any(|factor| factor.is_infinite()) {
+        return Err(source.error(
+            scale.at,
+            "scale is too large; at most 3e38 is possible here",
+        ));
+    }
+    Ok(factors)
 }
 
 fn picture_of_sky(
@@ -169,6 +171,7 @@ pub(super) fn material(source: &Source, row: &schema::Material) -> Result<Materi
             Some(At { at, value }) => match value {
                 ColorOrPattern::Color(color) => color.map(|c| c.min(1.0)),
                 ColorOrPattern::Pattern(row) => mean(source, (*at, row), Holds::Colors)?,
+                ColorOrPattern::Texture(_) => [1.0; 3],
             },
         },
         emission: row.emission.unwrap_or(usual.emission),
@@ -210,6 +213,7 @@ fn phong(source: &Source, row: &schema::Material, phong: &At<schema::Phong>) -> 
 
 fn layers(row: &schema::Material) -> Layers {
     let none = Layers::default();
+    let attenuation = row.attenuation.as_ref();
     Layers {
         opacity: row.opacity.unwrap_or(none.opacity),
         unlit: row.unlit.unwrap_or(none.unlit),
@@ -236,11 +240,9 @@ fn layers(row: &schema::Material) -> Layers {
             .iridescence_thickness
             .unwrap_or(none.iridescence_thickness),
         dispersion: row.dispersion.unwrap_or(none.dispersion),
-        thin_walled: row.thin_walled.unwrap_or(none.thin_walled),
-        attenuation_color: row.attenuation_color.unwrap_or(none.attenuation_color),
-        attenuation_distance: row
-            .attenuation_distance
-            .unwrap_or(none.attenuation_distance),
+        thin_walled: row.thin.unwrap_or(none.thin_walled),
+        attenuation_color: attenuation.map_or(none.attenuation_color, |a| a.color),
+        attenuation_distance: attenuation.map_or(none.attenuation_distance, |a| a.distance),
         priority: row.priority.unwrap_or(none.priority),
     }
 }

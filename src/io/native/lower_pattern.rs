@@ -25,7 +25,7 @@ pub(super) fn patterns(
 ) -> Result<[Option<PatternId>; 2]> {
     let color = row.base_color.as_ref().and_then(|row| match &row.value {
         ColorOrPattern::Pattern(pattern) => Some((row.at, &**pattern)),
-        ColorOrPattern::Color(_) => None,
+        ColorOrPattern::Color(_) | ColorOrPattern::Texture(_) => None,
     });
     let roughness = row.roughness.as_ref().and_then(|row| match &row.value {
         NumberOrPattern::Pattern(pattern) => Some((row.at, &**pattern)),
@@ -49,7 +49,7 @@ pub(super) fn mean(source: &Source, row: Row, holds: Holds) -> Result<Rgb> {
 pub(super) fn is_above_one(row: &schema::Material) -> bool {
     let above = |color: &[f32; 3]| color.iter().any(|c| *c > 1.0);
     match row.base_color.as_ref().map(|color| &color.value) {
-        None => false,
+        None | Some(ColorOrPattern::Texture(_)) => false,
         Some(ColorOrPattern::Color(color)) => above(color),
         Some(ColorOrPattern::Pattern(row)) => {
             let lists = [

@@ -2,7 +2,9 @@
 
 use super::lower_pattern;
 use super::schema;
+use super::schema_pattern::ColorOrPattern;
 use super::schema_texture::{AlphaMode, Filter, Texture, Wrap};
+use super::source_spans::At;
 use super::tree::{Source, quoted};
 use crate::scene::{self, Alpha, MaterialId, SceneBuilder, Slot, TextureRef, Texturing};
 use crate::shared::images::ImageStore;
@@ -30,10 +32,20 @@ impl ImageFiles<'_> {
 
 /// Says whether a material has images.
 pub(super) fn has_textures(row: &schema::Material) -> bool {
-    row.base_color_texture.is_some()
+    own_image(row).is_some()
+        || row.base_color_texture.is_some()
         || row.metallic_roughness_texture.is_some()
         || row.emission_texture.is_some()
         || row.vertex_colors == Some(true)
+}
+
+/// Returns the image that stands in place of a base colour.
+fn own_image(row: &schema::Material) -> Option<(usize, &Texture)> {
+    let At { at, value } = row.base_color.as_ref()?;
+    match value {
+        ColorOrPattern::Texture(texture) => Some((*at, texture)),
+        ColorOrPattern::Color(_) | ColorOrPattern::Pattern(_) => None,
+    }
 }
 
 /// Adds the images and patterns of a material. Fails for images that cannot be read.
@@ -44,8 +56,8 @@ pub(super) fn textures(
     files: &mut ImageFiles,
     scene: &mut SceneBuilder,
 ) -> Result<(), LoadError> {
-    let [base_color, roughness] = lower_pattern::patterns(source, row, scene)?;
-    let has_patterns = base_color.is_some() || roughness.is_some();
+    let [pattern, roughness] = lower_pattern::patterns(source, row, scene)?;
+    let has_patterns = pattern.is_some() || roughness.is_some();
     if !has_textures(row) && !has_patterns {
         return Ok(());
     }
@@ -54,11 +66,26 @@ pub(super) fn textures(
         None => ImageUse::Color,
         Some(_) => ImageUse::ColorAndAlpha,
     };
-    let numbers = &row.metallic_roughness_texture;
+    let own = own_image(row);
+    if let (Some((at, _)), Some(_)) = (own, &row.base_color_texture) {
+        let message =
+            "base_color is an image, and base_color_texture another; leave out one of them";
+        return Err(source.error(at, message));
+    }
+    let base_color = own.map(|(_, texture)| texture);
+    let numbers = row.metallic_roughness_texture.as_ref();
     for (slot, texture, used) in [
-        (Slot::BaseColor, &row.base_color_texture, colors),
+        (
+            Slot::BaseColor,
+            base_color.or(row.base_color_texture.as_ref()),
+            colors,
+        ),
         (Slot::MetallicRoughness, numbers, ImageUse::Numbers),
-        (Slot::Emission, &row.emission_texture, ImageUse::Color),
+        (
+            Slot::Emission,
+            row.emission_texture.as_ref(),
+            ImageUse::Color,
+        ),
     ] {
         if let Some(texture) = texture {
             refs.push((slot, one(source, texture, used, files, scene)?));
@@ -72,7 +99,7 @@ pub(super) fn textures(
             Some(AlphaMode::Mask) => Alpha::Mask(cutoff),
         },
         vertex_color: row.vertex_colors.unwrap_or(false),
-        base_color,
+        base_color: pattern,
         roughness,
         ..Texturing::default()
     };
@@ -88,6 +115,14 @@ fn one(
     scene: &mut SceneBuilder,
 ) -> Result<TextureRef, LoadError> {
     let at = texture.file.at;
+    if let Some(set) = texture.uv.as_ref().filter(|set| set.value != 0) {
+        let message = format!(
+            "uv = {}; native scenes keep one set of texture coordinates, 0: place a .glb by scene = \
+             \"FILE\" to use its others",
+            set.value
+        );
+        return Err(source.error(set.at, message));
+    }
     let failed = |why: String| {
         let name = quoted(&texture.file.value);
         source.error(at, format!("the image {name} cannot be read: {why}"))

@@ -7,8 +7,8 @@
 //! exactly one is given. Polynomial surfaces are in
 //! [`schema_polynomial`](super::schema_polynomial).
 
-use super::schema_camera::Cameras;
-use super::schema_light::{Environment, Light};
+use super::schema_camera::{Cameras, Shutter};
+use super::schema_light::Light;
 use super::schema_pattern::{ColorOrPattern, NumberOrPattern};
 pub use super::schema_placement::*;
 use super::schema_polynomial::{Clip, Coefficients, Parameter, Superquadric, Torus};
@@ -41,10 +41,10 @@ pub struct File {
     pub include: Option<At<Vec<At<String>>>>,
     /// Radiance where a ray meets nothing; black if absent.
     pub background: Option<At<Color>>,
-    /// Radiance from all directions, by a picture.
-    pub environment: Option<At<Environment>>,
     /// One camera, or cameras by name. Without any the scene gets a view that frames it.
     pub camera: Option<Cameras>,
+    /// When cameras take light that say nothing of it themselves; for an instant if absent.
+    pub shutter: Option<At<Shutter>>,
     /// How many seconds the motion takes, from time 0 to time 1, for `render --fps`; 1 if absent.
     pub seconds: Option<At<f64>>,
     /// Without lights the scene gets a headlight.
@@ -115,11 +115,9 @@ pub struct Material {
     /// 20 divided by the Abbe number; 0, no dispersion, if absent.
     pub dispersion: Option<f32>,
     /// A sheet without a volume: light passes without refraction; false if absent.
-    pub thin_walled: Option<bool>,
-    /// Colour that white light takes on over `attenuation_distance` inside; white if absent.
-    pub attenuation_color: Option<Color>,
-    /// World units; without it, media are clear.
-    pub attenuation_distance: Option<f32>,
+    pub thin: Option<bool>,
+    /// How the inside takes light away; clear if absent.
+    pub attenuation: Option<Attenuation>,
     /// Where solids overlap, the medium of the highest priority is there; 0 if absent.
     pub priority: Option<i32>,
     /// An image that scales `base_color`; its alpha does what `alpha` says.
@@ -135,6 +133,16 @@ pub struct Material {
     pub alpha_cutoff: Option<f32>,
     /// Lets the colours of a mesh's vertices scale `base_color`; false if absent.
     pub vertex_colors: Option<bool>,
+}
+
+/// Absorption in a medium, by the law of Beer and Lambert.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Attenuation {
+    /// Colour that white light takes on over `distance`.
+    pub color: Color,
+    /// World units, greater than 0.
+    pub distance: f32,
 }
 
 /// Phong's model, as NFF and MTL have it, with constant coefficients.

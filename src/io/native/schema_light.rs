@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// The radiance from all directions, which lights the scene and shows where a ray meets nothing,
-/// in place of the background: a picture, a clear sky, or one colour; exactly one of the three.
+/// in place of the background: a picture, or one colour.
 ///
 /// The picture is longitude by latitude, its top row the zenith, +y; its middle column shows
 /// what lies towards -z, and its right half what lies towards +x.
@@ -16,21 +16,17 @@ pub struct Environment {
     /// A picture (.exr, .hdr, .png), relative to this file. Numbers are W/(sr·m²), linear Rec. 709;
     /// of a .png those of sRGB, from 0 to 1.
     pub file: Option<At<String>>,
-    /// A clear sky by day (Preetham 1999), and its sun as a light.
-    pub sky: Option<Sky>,
     /// The same radiance from everywhere, in W/(sr·m²).
     pub color: Option<At<Color>>,
     /// Degrees to turn the picture about +y, counter-clockwise seen from above; 0 if absent.
-    pub rotation: Option<f64>,
+    pub rotate_y: Option<f64>,
     /// A factor of the radiance, or one for each of red, green and blue, 0 or greater; 1 if
     /// absent.
     pub scale: Option<At<Scale>>,
-    /// The group of lights that it belongs to, with the background and the sun of a sky, for
-    /// `render --aov light_groups`; none if absent.
-    pub group: Option<At<String>>,
 }
 
-/// A clear sky, in W/(sr·m²): some hundred times brighter than a scene of ordinary numbers.
+/// A clear sky by day (Preetham 1999), and its sun as a light, in W/(sr·m²): some hundred times
+/// brighter than a scene of ordinary numbers.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sky {
@@ -40,6 +36,9 @@ pub struct Sky {
     pub turbidity: Option<f64>,
     /// The colour of the ground below the horizon; 0.3 grey if absent.
     pub ground: Option<Color>,
+    /// A factor of the radiance and of the sun, or one for each of red, green and blue, 0 or greater;
+    /// 1 if absent.
+    pub scale: Option<At<Scale>>,
 }
 
 /// A light; exactly one kind.
@@ -51,9 +50,14 @@ pub struct Light {
     pub directional: Option<DirectionalLight>,
     pub rectangle: Option<RectangleLight>,
     pub disc: Option<DiscLight>,
+    pub sphere: Option<SphereLight>,
+    /// At most one of a scene, or one sky.
+    pub environment: Option<At<Environment>>,
+    /// At most one of a scene, or one environment.
+    pub sky: Option<At<Sky>>,
     /// The group of lights that it belongs to, for `render --aov light_groups`: letters, digits,
     /// - and _; none if absent.
-    pub group: Option<At<String>>,
+    pub name: Option<At<String>>,
     /// Keys of a light that moves, which is as above at time 0; from key to key all goes straight.
     pub motion: Option<At<Vec<At<LightKey>>>>,
 }
@@ -80,10 +84,10 @@ pub struct SpotLight {
     pub direction: At<Triple>,
     /// Along the axis, W/sr.
     pub intensity: Color,
-    /// Degrees from one side of the lit cone to the other, up to 180.
-    pub angle: f64,
-    /// Degrees from side to side of the cone of full light; 0 if absent.
-    pub full: Option<f64>,
+    /// Degrees from the axis within which all of the intensity shines; 0 if absent.
+    pub inner: Option<f64>,
+    /// Degrees from the axis to where the light ends, up to 90; it fades from `inner` on.
+    pub outer: f64,
     /// Radius of a ball in place of the point, which softens shadows; 0 if absent.
     pub radius: Option<f64>,
 }
@@ -138,21 +142,32 @@ pub struct DiscLight {
     pub two_sided: Option<bool>,
 }
 
+/// A ball that shines, and that no ray meets.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SphereLight {
+    pub center: Triple,
+    /// Greater than 0.
+    pub radius: At<f64>,
+    /// W/(sr·m²).
+    pub radiance: Color,
+}
+
 /// What a light is like at a time; what is absent is as at the key before.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LightKey {
     /// Above 0 and the key before, at most 1.
     pub at: At<f64>,
-    /// The position of a point or spot light, or the center of a rectangle or disc.
+    /// The position of a point or spot light, or the center of a rectangle, disc or sphere.
     pub position: Option<Triple>,
     /// The direction of a spot or directional light, or the normal of a disc; not 0.
     pub direction: Option<At<Triple>>,
     /// The intensity of a point or spot light, the irradiance of a directional one, the radiance
-    /// of a rectangle or disc.
+    /// of a rectangle, disc or sphere.
     pub color: Option<Color>,
     /// The edges of a rectangle, at a right angle.
     pub edges: Option<[Triple; 2]>,
-    /// The radius of a point, spot or disc light.
+    /// The radius of a point, spot, disc or sphere light.
     pub radius: Option<At<f64>>,
 }

@@ -1,7 +1,7 @@
 //! Patterns of materials as types.
 
 use super::schema::{Color, Scale, Triple};
-use super::schema_texture::Wrap;
+use super::schema_texture::{Filter, Texture, Wrap};
 use super::source_spans::At;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::value::MapAccessDeserializer;
@@ -9,11 +9,12 @@ use serde::de::{Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, de};
 use std::borrow::Cow;
 
-/// A colour, or a pattern of colours.
+/// A colour, a pattern of colours, or an image.
 #[derive(Debug)]
 pub enum ColorOrPattern {
     Color(Color),
     Pattern(Box<Pattern>),
+    Texture(Box<Texture>),
 }
 
 /// A number, or a pattern of numbers.
@@ -35,6 +36,84 @@ pub struct Pattern {
     pub noise: Option<At<Noise>>,
     /// Courses of bricks along x that rise with y.
     pub brick: Option<At<Brick>>,
+}
+
+/// A pattern of colours, or an image by `texture`; exactly one kind.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ColorTable {
+    /// Cells of two colours by turns.
+    pub checker: Option<At<Checker>>,
+    /// A ramp of colours from one point to another.
+    pub gradient: Option<At<Gradient>>,
+    /// A ramp of colours over gradient noise.
+    pub noise: Option<At<Noise>>,
+    /// Courses of bricks along x that rise with y.
+    pub brick: Option<At<Brick>>,
+    /// A picture (.png, .jpg, .webp; .ktx2 by a feature), relative to this file.
+    pub texture: Option<At<String>>,
+    /// Of an image: the mesh's set of texture coordinates: 0, the only one that is kept; 0 if absent.
+    pub uv: Option<At<u32>>,
+    /// Of an image: what is beyond its edges; `repeat` if absent.
+    pub wrap: Option<Wrap>,
+    /// Of an image: `linear` if absent.
+    pub filter: Option<Filter>,
+    /// Of an image: factors of the texture coordinates; 1 if absent.
+    pub scale: Option<[f64; 2]>,
+    /// Of an image: degrees that the coordinates are turned after that; 0 if absent.
+    pub rotation: Option<f64>,
+    /// Of an image: what is added after that; 0 if absent.
+    pub offset: Option<[f64; 2]>,
+}
+
+impl ColorTable {
+    /// Tells the two apart; fails if the table is of both.
+    fn either<E: de::Error>(self) -> Result<ColorOrPattern, E> {
+        let pattern = Pattern {
+            checker: self.checker,
+            gradient: self.gradient,
+            noise: self.noise,
+            brick: self.brick,
+        };
+        let Some(file) = self.texture else {
+            let of_images = [
+                ("uv", self.uv.is_some()),
+                ("wrap", self.wrap.is_some()),
+                ("filter", self.filter.is_some()),
+                ("scale", self.scale.is_some()),
+                ("rotation", self.rotation.is_some()),
+                ("offset", self.offset.is_some()),
+            ];
+            return match of_images.iter().find(|(_, is)| *is) {
+                Some((key, _)) => Err(de::Error::custom(format!(
+                    "{key} is of an image; name it by texture = \"FILE\", or leave {key} out"
+                ))),
+                None => Ok(ColorOrPattern::Pattern(Box::new(pattern))),
+            };
+        };
+        if pattern.is_any() {
+            let message = "the colour is of an image and of a pattern at once; give exactly one";
+            return Err(de::Error::custom(message));
+        }
+        Ok(ColorOrPattern::Texture(Box::new(Texture {
+            file,
+            uv: self.uv,
+            wrap: self.wrap,
+            filter: self.filter,
+            scale: self.scale,
+            rotation: self.rotation,
+            offset: self.offset,
+        })))
+    }
+}
+
+impl Pattern {
+    fn is_any(&self) -> bool {
+        self.checker.is_some()
+            || self.gradient.is_some()
+            || self.noise.is_some()
+            || self.brick.is_some()
+    }
 }
 
 /// Cells of two colours by turns, the first in the cell from the origin upward.
@@ -102,7 +181,10 @@ impl<'de> Deserialize<'de> for ColorOrPattern {
             type Value = ColorOrPattern;
 
             fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-                f.write_str("a list of 3 numbers or a pattern, such as { checker = { … } }")
+                f.write_str(
+                    "a list of 3 numbers, a pattern such as { checker = { … } }, or an image such as \
+                     { texture = \"wood.png\" }",
+                )
             }
 
             fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<ColorOrPattern, A::Error> {
@@ -118,8 +200,7 @@ impl<'de> Deserialize<'de> for ColorOrPattern {
             }
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<ColorOrPattern, A::Error> {
-                let pattern = Pattern::deserialize(MapAccessDeserializer::new(map))?;
-                Ok(ColorOrPattern::Pattern(Box::new(pattern)))
+                ColorTable::deserialize(MapAccessDeserializer::new(map))?.either()
             }
         }
         deserializer.deserialize_any(ThreeOrTable)
@@ -164,8 +245,8 @@ impl JsonSchema for ColorOrPattern {
 
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         let plain = <Color>::json_schema(generator);
-        let pattern = generator.subschema_for::<Pattern>();
-        schemars::json_schema!({ "anyOf": [plain, pattern] })
+        let table = generator.subschema_for::<ColorTable>();
+        schemars::json_schema!({ "anyOf": [plain, table] })
     }
 }
 

@@ -11,6 +11,8 @@ use serde::Deserialize;
 pub struct Texture {
     /// A picture (.png, .jpg, .webp; .ktx2 by a feature), relative to this file.
     pub file: At<String>,
+    /// The mesh's set of texture coordinates: 0, the only one that is kept; 0 if absent.
+    pub uv: Option<At<u32>>,
     /// What is beyond the picture's edges; `repeat` if absent.
     pub wrap: Option<Wrap>,
     /// `linear` if absent.

@@ -68,6 +68,38 @@ fn exported_and_read_back() {
     assert_eq!(stdout(&output).matches("\nrays ").count(), 6);
 }
 
+/// `export --msh` writes the same file as `bench --export`, and refuses a scene without triangles.
+#[test]
+fn export_writes_triangles_alone() {
+    let folder = folder();
+    write_scene(folder.path(), "");
+    fs::create_dir(folder.path().join("out")).unwrap();
+    let bench = "bench s.toml --size 8x6 --reps 1 --kinds primary --export out";
+    let output = lanecast(folder.path(), &bench.split(' ').collect::<Vec<_>>());
+    assert!(output.status.success(), "{}", stderr(&output));
+    let output = lanecast(folder.path(), &["export", "s.toml", "--msh", "t.msh"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(
+        stdout(&output).starts_with("t.msh: "),
+        "{}",
+        stdout(&output)
+    );
+    let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    assert_eq!(read("t.msh"), read("out/s.msh"));
+    let ball = "format = 1\n[shape]\nb.sphere = { center = [0, 0, 0], radius = 1 }\n\
+                [[instance]]\nshape = 'b'\n";
+    fs::write(folder.path().join("b.toml"), ball).unwrap();
+    for (arguments, says) in [
+        (["b.toml", "--msh", "b.msh"], "the scene has no mesh"),
+        (["s.toml", "--msh", "s.toml"], "is the input"),
+    ] {
+        let output = lanecast(folder.path(), &[&["export"][..], &arguments].concat());
+        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+        assert!(stderr(&output).contains(says), "{}", stderr(&output));
+    }
+    assert!(!names(folder.path()).contains(&"b.msh".to_string()));
+}
+
 #[test]
 fn what_msh_cannot_hold_is_counted() {
     let folder = folder();

@@ -269,7 +269,7 @@ fn the_last_picture_has_the_bytes_of_render() {
         with(json!({"precision": "fast", "spp": "4"})),
         with(json!({"integrator": "path", "spp": "1"})),
         with(json!({"integrator": "path", "spp": "24"})),
-        with(json!({"integrator": "path", "spp": "24", "tone": "agx", "exposure": "2"})),
+        with(json!({"integrator": "path", "spp": "24", "view-transform": "agx", "exposure": "2"})),
         with(json!({"integrator": "path", "spp": "16", "background": "transparent"})),
         with(json!({"integrator": "path", "spp": "16", "background": "white"})),
         with(json!({"integrator": "ao", "spp": "16"})),
@@ -284,7 +284,7 @@ fn the_last_picture_has_the_bytes_of_render() {
         );
         assert_eq!(picture, rendered(folder.path(), &command), "{command}");
         assert!(met.insert(picture), "{command}");
-        if options["spp"] == "24" && options.get("tone").is_none() {
+        if options["spp"] == "24" && options.get("view-transform").is_none() {
             // 1 sample, then 2, 4, 8, 16; and 24 at last. A page gets those that it has time for.
             assert!(before >= 1, "{before}");
         }

@@ -61,11 +61,11 @@ fn patterns() {
         ),
         (
             "base_color = 1".into(),
-            "expected a list of 3 numbers or a pattern",
+            "expected a list of 3 numbers, a pattern",
         ),
         (
             "base_color = [1, 1]".into(),
-            "expected a list of 3 numbers or a pattern",
+            "expected a list of 3 numbers, a pattern",
         ),
         ("roughness = [1]".into(), "expected a number or a pattern"),
     ];

@@ -33,7 +33,7 @@ const SETTABLE: [&str; 19] = [
     "precision",
     "spp",
     "exposure",
-    "tone",
+    "view-transform",
     "background",
     "shutter",
     "shutter-slices",

@@ -1,6 +1,6 @@
 //! Materials, lights and cameras.
 
-use super::text::{Table, Value, numbers, one, short};
+use super::text::{Table, Value, numbers, short};
 use crate::scene::{
     Camera, CameraKey, Falloff, FisheyeMapping, Layers, Lens, Light, Material, Model, Projection,
     Rgb, Shutter, ShutterShape,
@@ -84,11 +84,6 @@ pub(super) fn material(row: &Material) -> Table {
         no.iridescence_thickness,
     );
     number("dispersion", of.dispersion, no.dispersion);
-    number(
-        "attenuation_distance",
-        of.attenuation_distance,
-        no.attenuation_distance,
-    );
     let colors = [
         ("emission", row.emission, usual.emission),
         ("specular_color", of.specular_color, no.specular_color),
@@ -98,21 +93,26 @@ pub(super) fn material(row: &Material) -> Table {
             of.diffuse_transmission_color,
             no.diffuse_transmission_color,
         ),
-        (
-            "attenuation_color",
-            of.attenuation_color,
-            no.attenuation_color,
-        ),
     ];
     for (key, x, usual) in colors {
         if x != usual {
             put(key, color(x));
         }
     }
-    for (key, is) in [("unlit", of.unlit), ("thin_walled", of.thin_walled)] {
+    for (key, is) in [("unlit", of.unlit), ("thin", of.thin_walled)] {
         if is {
             put(key, Value::Flag(true));
         }
+    }
+    if of.attenuation_distance != no.attenuation_distance {
+        let attenuation = vec![
+            ("color".into(), color(of.attenuation_color)),
+            (
+                "distance".into(),
+                Value::Number(short(of.attenuation_distance)),
+            ),
+        ];
+        put("attenuation", Value::Table(attenuation));
     }
     if of.priority != 0 {
         put("priority", Value::Whole(of.priority.into()));
@@ -140,6 +140,12 @@ fn inverse(guess: f64, wanted: f64, read: impl Fn(f64) -> f64) -> Option<f64> {
         (up, down) = (up.next_up(), down.next_down());
     }
     None
+}
+
+/// Writes an angle that is given in radians, in degrees.
+fn angle(radians: f64) -> Value {
+    let guess = radians.to_degrees();
+    Value::Number(inverse(guess, radians, f64::to_radians).unwrap_or(guess))
 }
 
 /// Writes an angle whose half is given in radians, in degrees.
@@ -178,8 +184,8 @@ pub(super) fn light(row: &Light) -> (&'static str, Table) {
             put("position", vector(position));
             put("direction", vector(direction));
             put("intensity", color(intensity));
-            put("angle", whole_angle(outer));
-            put("full", whole_angle(inner));
+            put("inner", angle(inner));
+            put("outer", angle(outer));
             put("radius", number(radius));
             "spot"
         }
@@ -224,7 +230,7 @@ pub(super) fn light(row: &Light) -> (&'static str, Table) {
     // What is as if it were absent.
     table.retain(|(key, value)| match (&**key, value) {
         ("two_sided", Value::Flag(is)) => *is,
-        ("radius" | "full", Value::Number(x)) => *x != 0.0,
+        ("radius" | "inner", Value::Number(x)) => *x != 0.0,
         ("angle", Value::Number(x)) => *x != 0.0,
         _ => true,
     });
@@ -331,6 +337,6 @@ fn lens(row: &Lens) -> Table {
 }
 
 /// Writes the environment of one radiance.
-pub(super) fn uniform(radiance: Rgb) -> Value {
-    one("color", color(radiance))
+pub(super) fn uniform(radiance: Rgb) -> Table {
+    vec![("color".into(), color(radiance))]
 }

@@ -145,18 +145,6 @@ impl Writer<'_> {
             Value::List(rows) if rows.is_empty() => {}
             _ => parts.push((key.into(), value)),
         };
-        if let Some(map) = &scene.environment {
-            match map.uniform_radiance() {
-                Some(radiance) => {
-                    let mut row = vec![looks::uniform(radiance)];
-                    if let Some(group) = self.group(Lit::Environment) {
-                        row.push(one("group", group));
-                    }
-                    put("environment", joined(row));
-                }
-                None => self.lose("environment map"),
-            }
-        }
         put("camera", self.cameras());
         put("light", self.lights());
         put("material", self.named_materials());
@@ -231,15 +219,28 @@ impl Writer<'_> {
     fn lights(&mut self) -> Value {
         let moving = self.scene.light_motions.of.len();
         self.lose_many("motion of a light", moving);
-        let rows = self.scene.lights.iter().zip(0..).map(|(light, row)| {
-            let (kind, light) = looks::light(light);
+        let named = |all: &Self, (kind, light): (&str, Table), lit| {
             let mut table: Table = vec![(kind.into(), Value::Table(light))];
-            if let Some(group) = self.group(Lit::Light(LightId(row))) {
-                table.push(("group".into(), group));
+            if let Some(name) = all.group(lit) {
+                table.push(("name".into(), name));
             }
             Value::Table(table)
-        });
-        Value::List(rows.collect())
+        };
+        let mut rows = Vec::new();
+        if let Some(map) = &self.scene.environment {
+            match map.uniform_radiance() {
+                Some(radiance) => {
+                    let light = ("environment", looks::uniform(radiance));
+                    rows.push(named(self, light, Lit::Environment));
+                }
+                None => self.lose("environment map"),
+            }
+        }
+        let lights = self.scene.lights.iter().zip(0..);
+        rows.extend(
+            lights.map(|(light, row)| named(self, looks::light(light), Lit::Light(LightId(row)))),
+        );
+        Value::List(rows)
     }
 
     fn named_materials(&mut self) -> Value {
@@ -321,14 +322,6 @@ impl Writer<'_> {
         }
         name
     }
-}
-
-fn joined(rows: Vec<Value>) -> Value {
-    let tables = rows.into_iter().filter_map(|row| match row {
-        Value::Table(table) => Some(table),
-        _ => None,
-    });
-    Value::Table(tables.flatten().collect())
 }
 
 /// Writes a map as one matrix.

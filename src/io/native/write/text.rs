@@ -86,7 +86,7 @@ fn toml(parts: &Table) -> String {
             }
             Value::Table(table) => {
                 let of_rows = table.iter().all(|(_, v)| matches!(v, Value::Table(_)));
-                if !of_rows || key == "environment" {
+                if !of_rows {
                     rows(format!("\n[{key}]"), table);
                     continue;
                 }

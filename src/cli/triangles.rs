@@ -12,14 +12,15 @@ use lanecast_model::scene::{Instances, Scene, Shape};
 const MAX_TRIANGLES: u64 = 1 << 27;
 
 /// Returns the triangles of all instances of meshes, in the instances' order, and a
-/// warning about other shapes.
+/// warning about other shapes. `option` is what asked for them, for errors.
 pub fn triangles(
     scene: &Scene,
     instances: &Instances,
+    option: &str,
 ) -> Result<(TriangleSet, Option<String>), String> {
     instances
         .check_enumerable()
-        .map_err(|e| format!("--export: {e}"))?;
+        .map_err(|e| format!("{option}: {e}"))?;
     let mut left_out = 0;
     let (mut vertices, mut triangles) = (0_u64, 0_u64);
     for (shape, count) in scene.shapes.rows.iter().zip(instances.of_shapes(scene)) {
@@ -34,7 +35,7 @@ pub fn triangles(
     }
     if vertices.max(triangles) > MAX_TRIANGLES {
         return Err(format!(
-            "--export would write {triangles} triangles with {vertices} vertices; \
+            "{option} would write {triangles} triangles with {vertices} vertices; \
              at most {MAX_TRIANGLES} of each are supported"
         ));
     }
@@ -67,7 +68,7 @@ pub fn triangles(
         .position(|p| p.iter().any(|x| !x.is_finite()))
     {
         return Err(format!(
-            "--export: vertex {i} is beyond the range of 32-bit numbers; scale the scene down"
+            "{option}: vertex {i} is beyond the range of 32-bit numbers; scale the scene down"
         ));
     }
     let warning = (left_out > 0).then(|| {

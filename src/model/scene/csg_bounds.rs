@@ -134,10 +134,12 @@ impl Region {
             let room = MAX_PLANES - common.planes.len();
             common.planes.extend(one.planes.iter().take(room));
         }
-        // Fewer than four planes bound nothing.
-        if common.bounds.is_none() && common.planes.len() >= 4 {
-            common.bounds = between(&common.planes);
-        }
+        common.bounds = match common.bounds {
+            Some(bounds) => Some(cut(&bounds, &common.planes)),
+            // Fewer than four planes bound nothing.
+            None if common.planes.len() < 4 => None,
+            None => between(&common.planes),
+        };
         common
     }
 
@@ -157,6 +159,26 @@ impl Region {
             false => (around, Region::default()),
         }
     }
+}
+
+/// Returns a box around what half-spaces leave of a box, with the room of [`between`]. Along each
+/// axis a plane ends where the other coordinates leave most.
+fn cut(bounds: &Aabb, planes: &[HalfSpace]) -> Aabb {
+    let room = (bounds.max_abs() + bounds.diagonal()) * 1e-6;
+    let mut left = *bounds;
+    for HalfSpace { normal, offset } in planes {
+        let least = (*normal * left.min).min(*normal * left.max);
+        for axis in 0..3 {
+            let others = least.element_sum() - least[axis];
+            let end = (offset - others) / normal[axis];
+            if normal[axis] > 0.0 && end.is_finite() {
+                left.max[axis] = left.max[axis].min(end + room);
+            } else if normal[axis] < 0.0 && end.is_finite() {
+                left.min[axis] = left.min[axis].max(end - room);
+            }
+        }
+    }
+    overlap(bounds, &left)
 }
 
 /// Returns the box of the intersection of half-spaces, with room for the roundings of their
@@ -326,6 +348,41 @@ mod tests {
             scene.csg("", Operator::Intersection, &walls[1..])
         });
         assert_eq!(found, None);
+    }
+
+    /// A plane cuts a box along every axis that it slopes to.
+    #[test]
+    fn half_spaces_cut_boxes() {
+        let cut_by = |normal: DVec3, offset: f64| {
+            bounds(|scene| {
+                let wall = scene.half_space("", HalfSpace { normal, offset });
+                let all = [cube(scene), Operand::shape(wall)];
+                scene.csg("", Operator::Intersection, &all)
+            })
+        };
+        is_about(cut_by(DVec3::X, 0.25), [-1.0; 3], [0.25, 1.0, 1.0]);
+        is_about(cut_by(-DVec3::Z, 0.5), [-1.0, -1.0, -0.5], [1.0; 3]);
+        is_about(cut_by(DVec3::ONE, -1.5), [-1.0; 3], [0.5; 3]);
+        is_about(cut_by(DVec3::ONE, 5.0), [-1.0; 3], [1.0; 3]);
+        // What is cut off whole still has a box.
+        let nothing = cut_by(DVec3::X, -3.0).unwrap();
+        assert!(
+            nothing.is_finite() && nothing.diagonal() < 1e-3,
+            "{nothing:?}"
+        );
+        // A difference cuts by the other side.
+        let found = bounds(|scene| {
+            let wall = scene.half_space(
+                "",
+                HalfSpace {
+                    normal: DVec3::Y,
+                    offset: 0.0,
+                },
+            );
+            let all = [cube(scene), Operand::shape(wall)];
+            scene.csg("", Operator::Difference, &all)
+        });
+        is_about(found, [-1.0, 0.0, -1.0], [1.0; 3]);
     }
 
     /// Shifts that cancel leave their roundings in planes, but not in the frame: x ≤ 2.0009

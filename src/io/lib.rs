@@ -112,6 +112,9 @@ pub struct LoadOptions {
     /// The radius, in units of the file's world, of the balls that its points and the ends of its
     /// lines are drawn as; without one they are left out.
     pub point_radius: Option<f64>,
+    /// Whether z is up in a `.stl`, `.ply` or `.obj` file, which is turned about x then; these formats
+    /// do not say.
+    pub z_up: bool,
     /// How the curves of OpenSCAD's files are drawn.
     pub scad_curves: Curves,
     /// Half-spaces of the world that the scene is cut to.
@@ -179,7 +182,18 @@ fn import(
             remedy: Some("leave it out".into()),
         });
     }
-    match &*options.format(path) {
+    let format = options.format(path);
+    if options.z_up && !matches!(&*format, "stl" | "ply" | "obj") {
+        return Err(LoadError::Unsupported {
+            path: path.into(),
+            what: "--z-up of a file that is no .stl, .ply or .obj".into(),
+            remedy: Some(
+                "leave it out; other formats say which way is up, and are turned as they are read"
+                    .into(),
+            ),
+        });
+    }
+    match &*format {
         "toml" => native::import(path, native::Syntax::Toml, options, files, scene, report),
         "json" => native::import(path, native::Syntax::Json, options, files, scene, report),
         "nff" => nff::import(path, options, scene, report),
@@ -196,7 +210,19 @@ fn import(
         }
         "stl" => stl::read(path, options, report).map(|mesh| add_mesh_instance(scene, &mesh)),
         other => Err(LoadError::unknown_format(path, other)),
+    }?;
+    if options.z_up {
+        scene.place_roots(&y_from_z());
     }
+    Ok(())
+}
+
+/// Returns the turn from z up to y up: (x, y, z) becomes (x, z, -y).
+fn y_from_z() -> math::Affine {
+    math::Affine::new(
+        [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]],
+        [0.0; 3],
+    )
 }
 
 /// Adds a mesh and one instance of it, for files that hold nothing else; adds nothing if the

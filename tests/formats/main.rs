@@ -26,3 +26,4 @@ mod pov;
 mod scad;
 mod scene_checks;
 mod threemf;
+mod up_axis;

@@ -25,6 +25,10 @@ pub struct ImportArgs {
     /// radius, in units of the file [default: they are left out]
     #[arg(long, value_name = "R", value_parser = parse_positive)]
     pub point_radius: Option<f64>,
+    /// Take z for up in a .stl, .ply or .obj file, and turn it about x [default: y is up; .scad, .csg and
+    /// .3mf files are turned without being asked]
+    #[arg(long)]
+    pub z_up: bool,
     /// Curves of OpenSCAD's files: exact (polygons where $fn is 12 or less) or facets (as
     /// OpenSCAD makes them) [default: exact]
     #[arg(long, value_name = "CURVES", value_parser = parse_scad_curves)]
@@ -45,6 +49,7 @@ impl ImportArgs {
             allow_outside: self.allow_outside,
             outputs,
             point_radius: self.point_radius,
+            z_up: self.z_up,
             scad_curves: self.scad_curves.unwrap_or_default(),
             clip: self.clip.clone(),
             hatch: self.hatch,

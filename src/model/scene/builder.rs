@@ -306,6 +306,16 @@ impl SceneBuilder {
         self.tables.roots.push(edge);
     }
 
+    /// Turns or moves all of the scene as one: `by` is applied after the roots' own transforms,
+    /// which must be still.
+    pub fn place_roots(&mut self, by: &Affine) {
+        for row in 0..self.tables.roots.len() {
+            let own = self.tables.roots.transform[row];
+            let local = self.tables.transforms.local[own.index()];
+            self.tables.roots.transform[row] = self.transform(by.then_after(&local));
+        }
+    }
+
     /// Leaves out all instances; what they refer to stays.
     pub(super) fn clear_instances(&mut self) {
         self.tables.roots = Default::default();

@@ -75,7 +75,7 @@ pub fn run(
         true => ground::stand(loaded, named(scene), config)?,
         false => (loaded, config),
     };
-    warn_of_losses(&loaded, &config);
+    warn_of_losses(&loaded, &config, args.common.import.hatch.is_some());
     stats.picture.spp = config.spp;
     let asked_aovs = config.aovs;
     let config = motion::rendered(config);
@@ -220,11 +220,18 @@ pub fn run(
     results.add(&args.common.stats, &stats)?;
     results.add(&args.common.json, &stats)?;
     interrupt::check(&progress)?;
+    let shown = |path: &PathBuf| printable_line(&path.display().to_string());
     results.commit(&format!(
-        "{} … {}: {} frames of {}x{}, {} rays in {:.3} s, {}\n",
-        printable_line(&files[0].display().to_string()),
-        printable_line(&files[files.len() - 1].display().to_string()),
-        paths.len(),
+        "{}: {} of {}x{}, {} rays in {:.3} s, {}\n",
+        match &files[..] {
+            [one] => shown(one),
+            [first, .., last] => format!("{} … {}", shown(first), shown(last)),
+            [] => String::new(),
+        },
+        match paths.len() {
+            1 => "1 frame".to_owned(),
+            count => format!("{count} frames"),
+        },
         config.width,
         config.height,
         stats.rays.total(),

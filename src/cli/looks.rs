@@ -1,6 +1,6 @@
 //! What materials have, by name.
 
-use lanecast_model::scene::{Material, Model};
+use lanecast_model::scene::{Material, Model, Slot, Tables};
 
 /// Says whether light inside a solid of the material is bent or absorbed.
 pub fn is_medium(material: &Material) -> bool {
@@ -8,10 +8,14 @@ pub fn is_medium(material: &Material) -> bool {
 }
 
 /// Names what some material has and the direct integrator does not show.
-pub fn beyond_direct(rows: &[Material]) -> Vec<&'static str> {
+pub fn beyond_direct(scene: &Tables) -> Vec<&'static str> {
     const SHOWN: [&str; 5] = ["phong", "emission", "transmission", "metal", "priority"];
-    let mut layers = layers_of(rows);
+    let mut layers = layers_of(&scene.materials.rows);
     layers.retain(|layer| !SHOWN.contains(layer));
+    let mut textured = scene.textures.iter();
+    if textured.any(|row| row.has(Slot::Normal) || row.has(Slot::ClearcoatNormal)) {
+        layers.push("normal maps");
+    }
     layers
 }
 
@@ -50,4 +54,29 @@ pub fn layers_of(rows: &[Material]) -> Vec<&'static str> {
     ];
     let some = known.iter().filter(|(_, has)| rows.iter().any(has));
     some.map(|(name, _)| *name).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lanecast_model::scene::{SceneBuilder, Texels, TextureRef, Texturing};
+
+    #[test]
+    fn normal_maps_are_beyond_direct_light() {
+        for (slot, expected) in [
+            (Slot::Normal, &["normal maps"][..]),
+            (Slot::ClearcoatNormal, &["normal maps"]),
+            (Slot::BaseColor, &[]),
+        ] {
+            let mut scene = SceneBuilder::default();
+            let id = scene.material("", Material::default());
+            let image = scene.image(Texels::Bytes(vec![128, 128, 255]), 3, false, [1, 1]);
+            scene.texture(
+                id,
+                Texturing::default(),
+                &[(slot, TextureRef::plain(image))],
+            );
+            assert_eq!(beyond_direct(scene.tables()), expected);
+        }
+    }
 }

@@ -195,9 +195,16 @@ pub fn structure_of(plan: &Plan, kd: &KdQuality, counts: bool) -> Structure {
     }
 }
 
-/// Warns of what direct light does not show: layers of materials, and the extent of lights.
-pub fn warn_of_losses(scene: &Scene, config: &RenderConfig) {
-    let layers = beyond_direct(&scene.materials.rows);
+/// Warns of what the integrator does not show: of direct light layers of materials, and the extent of
+/// lights; of drawings by edges the hatching of cuts.
+pub fn warn_of_losses(scene: &Scene, config: &RenderConfig, hatches: bool) {
+    if hatches && config.integrator == Integrator::Inspect(Inspection::Edges) {
+        complain(
+            "warning: --integrator edges draws no hatching; --integrator direct or path shows that of \
+             --hatch",
+        );
+    }
+    let layers = beyond_direct(scene);
     if config.integrator == Integrator::Direct && !layers.is_empty() {
         complain(&format!(
             "warning: direct light does not show {}; --integrator path does",

@@ -65,7 +65,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     let options = args.load_options(outputs);
     let scene = load(path, &options, &mut watch, &mut stats)?;
     let (scene, config) = composed(args, scene, config)?;
-    warn_of_losses(&scene, &config);
+    warn_of_losses(&scene, &config, args.common.import.hatch.is_some());
     stats.picture.spp = config.spp;
     (stats.picture.width, stats.picture.height) = (config.width, config.height);
     let asked = config.aovs;

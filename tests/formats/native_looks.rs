@@ -150,3 +150,20 @@ fn a_base_color_may_be_an_image() {
         assert!(said.contains(says), "{material}: {said}");
     }
 }
+
+/// Files bring whole libraries of materials, of which some shine.
+#[test]
+fn a_material_that_stands_on_nothing_lights_nothing() {
+    let lamp = "[material.lamp]\nemission = [1, 1, 1]\n";
+    let dark = scene(lamp);
+    assert!(dark.is_dark() && !dark.has_soft_light());
+    for part in [
+        "[[instance]]\nshape = 'b'\nmaterial = 'lamp'\n",
+        "[node.n]\nchildren = [{ shape = 'b', material = 'lamp' }]\n[[instance]]\nnode = 'n'\n",
+        "[shape.u]\nunion = ['b', 'b']\nmaterial = 'lamp'\n[[instance]]\nshape = 'u'\n",
+        "[shape.u]\nunion = ['b', { shape = 'b', material = 'lamp' }]\n[[instance]]\nshape = 'u'\n",
+    ] {
+        let lit = scene(&format!("{lamp}{part}"));
+        assert!(!lit.is_dark() && lit.has_soft_light(), "{part}");
+    }
+}

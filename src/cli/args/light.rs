@@ -207,7 +207,7 @@ pub fn needed_integrator(
     if camera.is_some_and(|row| has_lens(&scene.cameras.rows[row])) {
         return (Integrator::Path, "only paths go through a lens");
     }
-    match beyond_direct(&scene.materials.rows).is_empty() {
+    match beyond_direct(scene).is_empty() {
         false => (
             Integrator::Path,
             "only paths show what the materials have beside colour, metal and glass",

@@ -223,7 +223,7 @@ pub fn rendered(
     let (world, is_first) = loaded.world(&prepared, (pool, middle), (&mut *watch, &mut *stats));
     interrupt::check(progress)?;
     if is_first {
-        warn_of_losses(&prepared.scene, &config);
+        warn_of_losses(&prepared.scene, &config, args.common.import.hatch.is_some());
     }
     let row = prepared.camera_row;
     let view = View {

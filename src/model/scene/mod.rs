@@ -40,6 +40,7 @@ mod section;
 mod section_mesh;
 mod shapes;
 mod shared;
+mod shining;
 mod shutter;
 mod studio;
 mod tables;

@@ -87,36 +87,6 @@ macro_rules! tables {
                 .collect()
             }
 
-            /// Says whether nothing in the scene shines but, perhaps, its background.
-            pub fn is_dark(&self) -> bool {
-                // What an image makes shine, such as the lamps of a model, lights no scene.
-                let shines = |(i, material): (u32, &super::Material)| {
-                    material.emission != [0.0; 3]
-                        && !self.textures.has_emission(super::MaterialId(i))
-                };
-                self.lights.is_empty()
-                    && self.environment.is_none()
-                    && !(0..).zip(&self.materials.rows).any(shines)
-            }
-
-            /// Says whether some material shines.
-            pub fn has_emission(&self) -> bool {
-                let shines = |material: &super::Material| material.emission != [0.0; 3];
-                self.materials.rows.iter().any(shines)
-            }
-
-            /// Says whether the scene's light has an extent, so that only paths find all of it.
-            pub fn has_soft_light(&self) -> bool {
-                let soft = |light: &Light| match *light {
-                    Light::Point { radius, .. } | Light::Spot { radius, .. } => radius > 0.0,
-                    Light::Directional { angle, .. } => angle > 0.0,
-                    Light::Rectangle { .. } | Light::Disc { .. } => true,
-                };
-                self.environment.is_some()
-                    || self.has_emission()
-                    || self.lights.iter().any(soft)
-            }
-
             /// Returns the number of rows of the table of a shape's kind.
             pub(super) fn rows_like(&self, shape: Shape) -> usize {
                 match shape {

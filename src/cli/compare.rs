@@ -19,6 +19,8 @@ struct Report<'a> {
     tolerance: f64,
     #[serde(flatten)]
     comparison: &'a Comparison,
+    /// Values that are infinite or no number in one picture alone, which no error counts.
+    not_finite: u64,
     /// The bounds that were asked for and are exceeded.
     exceeded: Vec<&'static str>,
 }
@@ -52,6 +54,7 @@ pub fn run(args: &CompareArgs) -> Result<(), CliError> {
         b: args.b.display().to_string(),
         tolerance: args.tolerance,
         comparison: &comparison,
+        not_finite: not_finite(&comparison),
         exceeded: exceeded.iter().map(|(name, _)| *name).collect(),
     };
     results.add(&args.json, &report)?;
@@ -69,6 +72,10 @@ pub fn run(args: &CompareArgs) -> Result<(), CliError> {
             )))
         }
     }
+}
+
+fn not_finite(comparison: &Comparison) -> u64 {
+    comparison.channels.iter().map(|row| row.not_finite).sum()
 }
 
 fn name_of(path: &Path) -> String {
@@ -89,7 +96,7 @@ fn exceeded(
             format!("{wrong} pixels are wrong, more than {most}"),
         ));
     }
-    let odd: u64 = comparison.channels.iter().map(|row| row.not_finite).sum();
+    let odd = not_finite(comparison);
     if args.max_rmse.is_some() && odd > 0 {
         all.push((
             "max_rmse",
@@ -125,13 +132,24 @@ fn summary(comparison: &Comparison) -> String {
         comparison.width, comparison.height, comparison.wrong, comparison.pixels
     );
     let e = &comparison.error;
+    let [largest, mean, rmse, relmse] = [e.max, e.mean, e.rmse, e.relmse].map(short);
+    let bias = match e.bias < 0.0 {
+        true => format!("-{}", short(-e.bias)),
+        false => format!("+{}", short(e.bias)),
+    };
     let _ = write!(
         text,
-        "largest {:.6}, mean {:.6}, bias {:+.6}, RMSE {:.6}, relMSE {:.6}",
-        e.max, e.mean, e.bias, e.rmse, e.relmse
+        "colour: largest {largest}, mean {mean}, bias {bias}, RMSE {rmse}, relMSE {relmse}"
     );
     if let Some(flip) = comparison.flip {
         let _ = write!(text, ", FLIP {flip:.6}");
+    }
+    let odd = not_finite(comparison);
+    if odd > 0 {
+        let _ = write!(
+            text,
+            "; without {odd} values that are not finite in one picture"
+        );
     }
     text.push('\n');
     for row in comparison.channels.iter().filter(|row| row.differ > 0) {
@@ -139,8 +157,10 @@ fn summary(comparison: &Comparison) -> String {
         let _ = match &row.error {
             Some(e) => write!(
                 text,
-                "  {name}: {} differ, largest {:.6}, RMSE {:.6}",
-                row.differ, e.max, e.rmse
+                "  {name}: {} differ, largest {}, RMSE {}",
+                row.differ,
+                short(e.max),
+                short(e.rmse)
             ),
             None => write!(text, "  {name}: {} ids differ", row.differ),
         };
@@ -150,4 +170,13 @@ fn summary(comparison: &Comparison) -> String {
         text.push('\n');
     }
     text
+}
+
+/// Writes an error with six decimals, or with a power of ten where these would say too little or
+/// too much.
+fn short(x: f64) -> String {
+    match x {
+        x if x == 0.0 || (1e-4..1e6).contains(&x) => format!("{x:.6}"),
+        _ => format!("{x:.3e}"),
+    }
 }

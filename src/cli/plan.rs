@@ -303,10 +303,20 @@ fn write_prices(prices: &Prices, text: &mut String) {
         prices.seconds, prices.threads
     );
     for price in &prices.of {
+        let [least, most] = price.range;
         let _ = writeln!(
             text,
-            "  {:<20} {:>6.3} × the time {:>+10} bytes",
-            price.what, price.ratio, price.bytes
+            "  {:<20} {:>6.3} × the time ({:.3} to {:.3}{}) {:>+10} bytes",
+            price.what,
+            price.ratio,
+            least,
+            most,
+            if (least..=most).contains(&1.0) {
+                ": none seen"
+            } else {
+                ""
+            },
+            price.bytes
         );
     }
 }

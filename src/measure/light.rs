@@ -33,7 +33,7 @@ const BLACK: f64 = 1e-7;
 /// Why light is not compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum LightError {
-    #[error("verify --light does not know {0} yet")]
+    #[error("verify --light does not know {0}")]
     Unknown(&'static str),
     #[error("interrupted")]
     Interrupted,

@@ -354,7 +354,7 @@ fn what_is_unknown_is_named() {
     let refused = compared(&scene, &config()).unwrap_err();
     assert_eq!(
         refused.to_string(),
-        "verify --light does not know dispersion yet"
+        "verify --light does not know dispersion"
     );
 }
 

@@ -36,6 +36,8 @@ pub struct Price {
     pub seconds: f64,
     /// The median of the ratios to the picture without it, of the same turn.
     pub ratio: f64,
+    /// The least and the largest of these ratios: where 1 lies between them, no difference was seen.
+    pub range: [f64; 2],
     /// Bytes of tables and trees with one of it, less those without.
     pub bytes: i64,
 }
@@ -277,11 +279,15 @@ pub fn prices(
     }
     let own = &all[0];
     let prices = all[1..].iter().map(|ready| {
-        let ratios = ready.seconds.iter().zip(&own.seconds);
+        let pairs = ready.seconds.iter().zip(&own.seconds);
+        let ratios: Vec<f64> = pairs.map(|(with, without)| with / without).collect();
+        let least = ratios.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = ratios.iter().copied().fold(0.0, f64::max);
         Price {
             what: ready.what,
             seconds: median(ready.seconds.clone()).0,
-            ratio: median(ratios.map(|(with, without)| with / without).collect()).0,
+            ratio: median(ratios).0,
+            range: [least, most],
             bytes: ready.bytes() - own.bytes(),
         }
     });

@@ -1,6 +1,5 @@
 //! The ways to render a scene that `tradeoff` compares: what the scene has, and no more.
 
-use lanecast_light::filter::Kind as FilterKind;
 use lanecast_light::sampler::Kind as SamplerKind;
 use lanecast_model::plan::{Accel, LaneCount, Precision, native_width};
 use lanecast_model::scene::{Instances, Scene, Shape};
@@ -131,13 +130,6 @@ fn samples(ways: &mut Ways, paths: bool) {
         ways.add("sampler", &format!("--sampler {name}"), |c| {
             c.sampler = sampler
         });
-    }
-    for (name, filter) in [
-        ("box", FilterKind::Box),
-        ("gaussian", FilterKind::Gaussian),
-        ("mitchell", FilterKind::Mitchell),
-    ] {
-        ways.add("filter", &format!("--filter {name}"), |c| c.filter = filter);
     }
 }
 

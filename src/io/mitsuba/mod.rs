@@ -43,6 +43,8 @@ pub enum MitsubaError {
     TooManyInstances { count: u64, limit: u64 },
     #[error("the scene, as Mitsuba is to have it, has a number beyond f32: {line}")]
     TooLarge { line: String },
+    #[error("nothing of the scene can be written for Mitsuba: {left_out}")]
+    Nothing { left_out: String },
 }
 
 /// What a file of the export says about the picture.
@@ -114,8 +116,8 @@ struct Writer<'s> {
     meshes: BTreeMap<shapes::MeshKey, usize>,
 }
 
-/// Writes a complete scene, seen by `camera`. Fails if the scene has too many instances or
-/// numbers that Mitsuba's f32 does not hold.
+/// Writes a complete scene, seen by `camera`. Fails if the scene has too many instances, or
+/// numbers that Mitsuba's f32 does not hold, or nothing that Mitsuba has.
 pub fn mitsuba_scene(
     scene: &Scene,
     instances: &Instances,
@@ -154,8 +156,13 @@ pub fn mitsuba_scene(
     writer.picture(picture, camera);
     writer.materials();
     writer.lights();
+    let before = writer.xml.len();
     for instance in instances.iter(scene) {
         writer.instance(&instance);
+    }
+    if !writer.xml[before..].contains("<shape") {
+        let left_out = writer.notes.summary().unwrap_or_default();
+        return Err(MitsubaError::Nothing { left_out });
     }
     writer.xml.push_str("</scene>\n");
     // Sums and products of finite numbers may be beyond f32.

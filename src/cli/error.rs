@@ -42,6 +42,7 @@ impl From<RenderError> for CliError {
         match error {
             RenderError::Interrupted => CliError::Interrupted,
             RenderError::Memory { .. } => CliError::Memory(error.to_string()),
+            RenderError::OtherLight => CliError::Input(error.to_string()),
             RenderError::NoPaths | RenderError::MovingLights { .. } | RenderError::Outputs => {
                 CliError::Usage(error.to_string())
             }

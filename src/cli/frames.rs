@@ -4,7 +4,8 @@
 //! whatever the range, so that it is the same in any. From one frame to the next the meshes' trees
 //! are kept, the top-level tree is refitted or rebuilt, and camera rays start with
 //! temporal bounds; no bit of a picture depends on any of it. The samples of a frame are a
-//! function of its number, so that noise does not stand still.
+//! function of its number, so that noise does not stand still. Records of indirect light are kept
+//! where nothing moves but the camera (LIGHT, rule S116), and they alone show.
 
 use super::args::RenderArgs;
 use super::denoise::{self, Denoiser};
@@ -22,7 +23,7 @@ use lanecast_measure::{FrameStats, Stats, Watch};
 use lanecast_model::plan::places_meshes;
 use lanecast_model::scene::{Instances, Scene, Timeline};
 use lanecast_picture::render::{
-    FrameMemory, RenderConfig, Rendered, View, render_after, render_blurred, window_key,
+    FrameMemory, LightCache, RenderConfig, Rendered, View, render_after, render_blurred, window_key,
 };
 use std::path::{Path, PathBuf};
 
@@ -43,6 +44,9 @@ pub fn run(
     if args.outputs.denoise {
         files.extend(paths.iter().map(|path| denoise::beside(path)));
     }
+    let shown_files = files.len();
+    let cache_file = args.light.cache_file.as_deref();
+    files.extend(args.light.cache_file.clone());
     let inputs: Vec<&Path> = args.scene.as_deref().into_iter().collect();
     let outputs = check_destinations(&inputs, &files, args.common.sinks())?;
     let denoiser = Denoiser::load(args.outputs.denoise)?;
@@ -75,6 +79,7 @@ pub fn run(
         true => ground::stand(loaded, named(scene), config)?,
         false => (loaded, config),
     };
+    let keeps = keeps_light(args, &loaded, paths.len())?;
     warn_of_losses(&loaded, &config, args.common.import.hatch.is_some());
     stats.picture.spp = config.spp;
     let asked_aovs = config.aovs;
@@ -104,6 +109,7 @@ pub fn run(
     let reuse = args.reuse.0;
     let reuse = reuse.unwrap_or_else(|| Reuse::that_pays(pays));
     let mut memory = FrameMemory::new(reuse);
+    let mut light: Option<LightCache> = None;
     let name = args.scene.clone().unwrap_or("the built-in scene".into());
     let mut kept: Option<KeptTrees> = None;
     match scene.moves() {
@@ -153,17 +159,24 @@ pub fn run(
             args.common.progress.style,
             (number, paths.len() as u32),
         );
+        let mut of_frame = match (light.take(), cache_file) {
+            (Some(light), _) if keeps => light,
+            (_, Some(file)) => LightCache::load(file, &view, config)?,
+            _ => LightCache::default(),
+        };
         let render = || -> Result<Rendered, CliError> {
+            let kept = (&mut memory, &mut of_frame);
             Ok(
                 match shutter::slices(&view, camera_row, config, asked, &name)? {
                     Some(slices) => render_blurred(&view, &slices, config, &progress, &|_| ())?,
-                    None => render_after(&view, config, &mut memory, &progress)?,
+                    None => render_after(&view, config, kept, &progress)?,
                 },
             )
         };
         let rendered = pool.install(render);
         drop(drawing);
         let mut rendered = rendered?;
+        light = Some(of_frame);
         stats.rays.add(&rendered.counts);
         stats.stages.push(watch.stage("render"));
         let of_frame = Stats {
@@ -213,8 +226,12 @@ pub fn run(
             stages: stats.stages[first..].to_vec(),
             rays: rendered.counts,
             temporal_bounds: memory.counts(),
+            cache: rendered.cache,
         });
         kept = Some(world.keep());
+    }
+    if let (Some(file), Some(light)) = (cache_file, &light) {
+        light.save_into(file, &mut results.outputs)?;
     }
     stats.finish();
     results.add(&args.common.stats, &stats)?;
@@ -222,8 +239,8 @@ pub fn run(
     interrupt::check(&progress)?;
     let shown = |path: &PathBuf| printable_line(&path.display().to_string());
     results.commit(&format!(
-        "{}: {} of {}x{}, {} rays in {:.3} s, {}\n",
-        match &files[..] {
+        "{}: {} of {}x{}{}, {} rays in {:.3} s, {}\n",
+        match &files[..shown_files] {
             [one] => shown(one),
             [first, .., last] => format!("{} … {}", shown(first), shown(last)),
             [] => String::new(),
@@ -234,10 +251,59 @@ pub fn run(
         },
         config.width,
         config.height,
+        records_of(&stats.frames),
         stats.rays.total(),
         stats.seconds("render"),
         rate(stats.rays_per_second)
     ))
+}
+
+/// Says whether records of indirect light are kept from frame to frame, which shows. Refuses a file of
+/// records of a scene that moves.
+fn keeps_light(args: &RenderArgs, scene: &Scene, frames: usize) -> Result<bool, CliError> {
+    if args.light.cache.is_none() {
+        return Ok(false);
+    }
+    let has_file = args.light.cache_file.is_some();
+    let moves = !scene.transforms.motions.is_empty()
+        || !scene.deformations.is_empty()
+        || !scene.light_motions.is_empty();
+    match (moves, args.light.cache_keep) {
+        (true, None) if has_file => Err(CliError::Usage(
+            "--cache-file is of a scene at rest, and in this one more moves than the camera; leave it out"
+                .into(),
+        )),
+        (true, Some(true)) => Err(CliError::Usage(
+            "--cache-keep on is for scenes at rest, and in this one more moves than the camera; leave it \
+             out"
+                .into(),
+        )),
+        (true, _) | (false, Some(false)) => Ok(false),
+        (false, keep) => {
+            if keep.is_none() && frames > 1 {
+                complain(
+                    "note: records of --cache are kept from frame to frame, so a frame that is rendered \
+                     alone has other bits; with --cache-keep off it has the same",
+                );
+            }
+            Ok(true)
+        }
+    }
+}
+
+/// Says how many records of indirect light frames have added, and how many were there.
+fn records_of(frames: &[FrameStats]) -> String {
+    let caches = || frames.iter().filter_map(|frame| frame.cache.as_ref());
+    let Some(first) = caches().next() else {
+        return String::new();
+    };
+    let added: usize = caches().map(|cache| cache.added).sum();
+    let seconds: f64 = caches().map(|cache| cache.seconds).sum();
+    let read = match first.from_file {
+        0 => String::new(),
+        read => format!(" to {read} of the file"),
+    };
+    format!(", {added} records added{read} in {seconds:.3} s")
 }
 
 /// Says which frames come after the end of the motion.

@@ -15,8 +15,8 @@ use lanecast_io::{AovSet, LoadError, picture_files};
 use lanecast_measure::{PictureSize, Stats, Watch};
 use lanecast_model::scene::Scene;
 use lanecast_picture::render::{
-    Backdrop, FinishedTile, Integrator, Reached, RenderConfig, Rendered, View, legend,
-    render_blurred, render_showing, window_key,
+    Backdrop, CacheCounts, FinishedTile, Integrator, LightCache, Reached, RenderConfig, Rendered, View,
+    legend, render_blurred, render_keeping, window_key,
 };
 use std::path::{Path, PathBuf};
 
@@ -53,6 +53,8 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     }
     let mut files = files(&picture_path, config.aovs)?;
     files.extend(args.outputs.denoise.then(|| denoise::beside(&picture_path)));
+    let shown_files = files.len();
+    files.extend(args.light.cache_file.clone());
     let inputs: Vec<&Path> = args.scene.as_deref().into_iter().collect();
     let outputs = check_destinations(&inputs, &files, args.common.sinks())?;
     let denoiser = Denoiser::load(args.outputs.denoise)?;
@@ -91,25 +93,32 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
         aovs: asked,
         ..config.clone()
     };
+    let cache_file = args.light.cache_file.as_deref();
+    let mut light = LightCache::default();
     let render = |view: &View| -> Result<(Rendered, Option<Banded>, Option<u128>), CliError> {
+        if let Some(file) = cache_file {
+            light = LightCache::load(file, view, &config)?;
+        }
         let row = prepared.camera_row;
         let asked = args.shutter.shutter_slices;
         let slices = shutter::slices(view, row, &config, asked, named(path))?;
         let moment = motion::Shown::of(&prepared, &config);
-        let of_window = |config: &RenderConfig| -> Result<Rendered, CliError> {
+        let of_window = |config: &RenderConfig, light: &mut LightCache| {
             let mut rendered = match &slices {
                 Some(slices) => render_blurred(view, slices, config, &progress, &on_tile)?,
-                None => render_showing(view, config, &progress, &on_tile)?,
+                None => render_keeping(view, config, light, &progress, &on_tile)?,
             };
             moment.add_vectors(&mut rendered.picture, &as_asked(config), named(path))?;
-            Ok(rendered)
+            Ok::<Rendered, CliError>(rendered)
         };
         let (rendered, banded) = match rows {
             Some(rows) => {
-                let banded = bands::render(&config, rows, &picture_path, &progress, of_window)?;
+                // Pictures in bands have no cache.
+                let band = |config: &RenderConfig| of_window(config, &mut LightCache::default());
+                let banded = bands::render(&config, rows, &picture_path, &progress, band)?;
                 (banded.0, Some(banded.1))
             }
-            None => (of_window(&config)?, None),
+            None => (of_window(&config, &mut light)?, None),
         };
         let key = config.window.map(|_| window_key(view, &config));
         Ok((rendered, banded, key))
@@ -124,7 +133,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
             mut picture,
             counts,
             reached,
-            records,
+            cache,
             readings,
             ..
         },
@@ -135,6 +144,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
         shown.finish(&picture);
     }
     stats.rays = counts;
+    stats.cache = cache;
     stats.picture.mean_spp = reached.map(|reached| reached.mean_samples);
     stats.stages.push(watch.stage("render"));
     let config = as_asked(&config);
@@ -168,6 +178,9 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
             outputs,
         )?,
     }
+    if let Some(file) = cache_file {
+        light.save_into(file, &mut results.outputs)?;
+    }
     stats.stages.push(watch.stage("write"));
     stats.finish();
     results.add(&args.common.stats, &stats)?;
@@ -178,14 +191,14 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     }
     results.commit(&format!(
         "{}: {}x{}{}, {} rays in {:.3} s, {}\n",
-        files
+        files[..shown_files]
             .iter()
             .map(|f| printable_line(&f.display().to_string()))
             .collect::<Vec<_>>()
             .join(", "),
         config.window().width,
         config.window().height,
-        light_of(&config, reached, records),
+        light_of(&config, reached, cache.as_ref(), cache_file),
         stats.rays.total(),
         stats.seconds("render"),
         rate(stats.rays_per_second)
@@ -270,14 +283,26 @@ pub fn check_alpha(has_alpha: bool, path: &Path) -> Result<(), CliError> {
 }
 
 /// Names the integrator that was chosen, unless it is the plain one.
-fn light_of(config: &RenderConfig, reached: Option<Reached>, records: Option<usize>) -> String {
+fn light_of(
+    config: &RenderConfig,
+    reached: Option<Reached>,
+    cache: Option<&CacheCounts>,
+    file: Option<&Path>,
+) -> String {
     let name = match config.integrator {
         Integrator::Direct => return String::new(),
         Integrator::Path => "paths",
         Integrator::Ao => "ambient occlusion",
         Integrator::Inspect(_) => return String::new(),
     };
-    let cache = records.map_or(String::new(), |n| format!(", {n} records in the cache"));
+    let cache = cache.map_or(String::new(), |counts| {
+        let origin = file.map_or(String::new(), |file| {
+            let file = printable_line(&file.display().to_string());
+            let (read, added, seconds) = (counts.from_file, counts.added, counts.seconds);
+            format!(" ({read} from {file}, {added} added in {seconds:.3} s)")
+        });
+        format!(", {} records in the cache{origin}", counts.records())
+    });
     let (Some(reached), Some(adaptive)) = (reached, config.adaptive) else {
         return format!(", {name} of {} spp{cache}", config.spp);
     };

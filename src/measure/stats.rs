@@ -4,6 +4,7 @@
 
 use super::InstanceNames;
 use lanecast_engine::trace::TemporalCounts;
+use lanecast_picture::render::CacheCounts;
 use lanecast_picture::shade::RayCounts;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -24,6 +25,9 @@ pub struct Stats {
     /// The denoised picture beside the first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub denoised: Option<Denoised>,
+    /// Records of a cache of indirect light; of `--frames` each frame has its own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cache: Option<CacheCounts>,
     /// Frames of `render --frames`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub frames: Vec<FrameStats>,
@@ -55,6 +59,8 @@ pub struct FrameStats {
     pub rays: RayCounts,
     /// Camera rays that started with temporal bounds.
     pub temporal_bounds: TemporalCounts,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cache: Option<CacheCounts>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]

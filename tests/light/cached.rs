@@ -146,8 +146,8 @@ fn rays_that_fill_a_cache_are_counted() {
         drawn_by(&view, &config, false, &progress).unwrap()
     };
     let (plain, cached) = (drawn(None), drawn(Some(0.4)));
-    assert_eq!(plain.records, None);
-    let records = cached.records.unwrap() as u64;
+    assert_eq!(plain.cache, None);
+    let records = cached.cache.unwrap().records() as u64;
     assert!(records > 0);
     // Each takes two hundred at least; those of one sample a pixel are few.
     let many = cached.counts.reflection;

@@ -9,7 +9,7 @@ use lanecast::internals::accel::{
 use lanecast::internals::geom::Sphere;
 use lanecast::internals::math::{Aabb32, Affine};
 use lanecast::internals::plan::Precision;
-use lanecast::internals::render::{FrameMemory, Progress, RenderConfig, View, render_after};
+use lanecast::internals::render::{FrameMemory, LightCache, Progress, RenderConfig, View, render_after};
 use lanecast::internals::scene::{
     Camera, Edge, Instances, Key, MeshData, Scene, SceneBuilder, SceneError, Target,
 };
@@ -176,7 +176,8 @@ fn same_bits(precision: Precision, threads: usize, tree: Structure) {
                     lights: &scene.lights,
                 };
                 pool(&mut || {
-                    hash(&render_after(&view, &config, memory, &Progress::default()).unwrap())
+                    let kept = (&mut *memory, &mut LightCache::default());
+                    hash(&render_after(&view, &config, kept, &Progress::default()).unwrap())
                 })
             };
             let world = World::build(&scene, &instances, tree);

@@ -14,6 +14,8 @@ const HEADINGS: [(&str, &[&str]); 7] = [
             "max_spp",
             "cache",
             "cache_error",
+            "cache_file",
+            "cache_keep",
             "max_bounces",
             "sampler",
             "filter",

@@ -12,6 +12,7 @@ use lanecast_picture::render::{
     Adaptive, Cost, Grid, IndirectCaching, Inspection, Integrator, RenderConfig,
 };
 use std::ops::Range;
+use std::path::PathBuf;
 
 /// The most samples of a pixel.
 const MOST_SAMPLES: u32 = 65_536;
@@ -52,6 +53,14 @@ pub struct LightArgs {
     /// finer, and takes longer [default: 0.2]
     #[arg(long, value_name = "ERROR", requires = "cache", value_parser = parse_cache_error)]
     pub cache_error: Option<f64>,
+    /// Begin --cache with the records of this file if it exists, and write to it those that are added:
+    /// of one scene and the same settings, from whatever view. Pictures depend on what it holds
+    #[arg(long, value_name = "FILE", requires = "cache", conflicts_with = "samples", value_parser = parse_cache_file)]
+    pub cache_file: Option<PathBuf>,
+    /// Keep records of --cache from frame to frame of --frames where nothing moves but the camera: on,
+    /// or off, with which a frame has the bits that it has alone [default: on]
+    #[arg(long, value_name = "USE", requires_all = ["cache", "frames"], conflicts_with = "cache_file", value_parser = parse_cache_keep)]
+    pub cache_keep: Option<bool>,
     /// Maximum number of reflections and refractions of a ray [default: 16 for paths, else 5]
     #[arg(long, alias = "max-depth", value_name = "N", value_parser = value_parser!(u32).range(0..=255))]
     pub max_bounces: Option<u32>,
@@ -280,6 +289,17 @@ fn parse_cache(text: &str) -> Result<CacheKind, String> {
 fn parse_cache_error(text: &str) -> Result<f64, String> {
     let error = text.parse().ok().filter(|e| (0.02..=1.0).contains(e));
     error.ok_or_else(|| "write a number from 0.02 to 1, such as 0.2".into())
+}
+
+fn parse_cache_file(text: &str) -> Result<PathBuf, String> {
+    match text {
+        "" | "-" => Err("name a file, which is read and written".into()),
+        file => Ok(file.into()),
+    }
+}
+
+fn parse_cache_keep(text: &str) -> Result<bool, String> {
+    one_of(text, &[("on", true), ("off", false)])
 }
 
 fn parse_sampler(text: &str) -> Result<SamplerKind, String> {

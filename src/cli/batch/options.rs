@@ -8,7 +8,7 @@ use serde_json::{Map, Value};
 use std::ffi::OsString;
 
 /// Options that are none of a job's, and what is in their place.
-const OF_THE_JOB: [(&str, &str); 13] = [
+const OF_THE_JOB: [(&str, &str); 15] = [
     ("output", "name pictures by output = \"{scene}.png\""),
     (
         "camera",
@@ -24,6 +24,14 @@ const OF_THE_JOB: [(&str, &str); 13] = [
         "number frames by frame = \"0-47\", beside [render]",
     ),
     ("samples", "a task is a whole picture"),
+    (
+        "cache-file",
+        "tasks are done in any order, and each makes its own records",
+    ),
+    (
+        "cache-keep",
+        "tasks are done in any order, and each makes its own records",
+    ),
     ("tile", "ask for tiles by tile = \"4x4\", beside [render]"),
     ("threads", "that is an option of lanecast batch"),
     ("progress", "that is an option of lanecast batch"),

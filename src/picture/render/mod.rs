@@ -37,14 +37,14 @@ pub use film::bytes as picture_bytes;
 pub use frames::FrameMemory;
 pub use ground::ground_albedo;
 pub use inspect::{Reading, legend};
-pub use irradiance::IndirectCaching;
+pub use irradiance::{CacheCounts, IndirectCaching, LightCache};
 pub use mattes::instance_name;
 pub use motion::{Moment, motion_vectors};
 pub use part::{Merge, is_part, parts_of, render_part, render_samples, window_key};
 pub use path_probe::{Block, PathProbe};
 pub use picture::{
     FinishedTile, RenderError, Rendered, View, Worker, render, render_after, render_blurred,
-    render_showing, render_with,
+    render_keeping, render_showing, render_with,
 };
 pub use pixel_order::{BLOCK, every_second_bit};
 pub use progress::Progress;

@@ -5,6 +5,7 @@ use super::blur::{Blur, sum_picture};
 use super::camera::RayGenerator;
 use super::config::{Backdrop, Integrator, RenderConfig};
 use super::film::blank;
+use super::irradiance::LightCache;
 use super::paths::PathPicture;
 use super::picture::{RenderError, View};
 use super::pixel_order::BLOCK;
@@ -74,7 +75,11 @@ pub fn render_samples(
     picture.picks_texels = true;
     let generator = RayGenerator::new(view.camera, width, height, config.grid);
     let (picture, mut counts) = match slices {
-        None => picture.cached(view, config, &generator, progress),
+        None => {
+            let (picture, counts, _) =
+                picture.cached((view, config), &generator, &mut LightCache::default(), progress)?;
+            (picture, counts)
+        }
         Some(_) => (picture, RayCounts::default()),
     };
     let blur = slices.map(|slices| Blur::new(view, slices, config, Some(&picture)));
@@ -105,12 +110,8 @@ pub fn window_key(view: &View, config: &RenderConfig) -> u128 {
 /// Hashes the scene and all settings that show in a picture's samples (FNV-1a of 128 bits),
 /// as this version of the program writes them.
 fn picture_key(view: &View, config: &RenderConfig) -> u128 {
-    let mut key = Key(0x6c62_272e_07bb_0142_62b8_2175_6295_c58d);
-    let kernels = match view.kernels.precision {
-        // Only without bounds do lanes and structures show.
-        Precision::Fast => Some((view.kernels, config.choices.accel, config.build, config.kd)),
-        _ => None,
-    };
+    let mut key = Key::EMPTY;
+    let kernels = showing_kernels(view, config);
     // Writing to a hash cannot fail.
     let _ = write!(
         key,
@@ -142,7 +143,27 @@ fn picture_key(view: &View, config: &RenderConfig) -> u128 {
     key.0
 }
 
-struct Key(u128);
+/// Returns what shows of how rays are traced: lanes and structures show only without bounds.
+pub(super) fn showing_kernels(view: &View, config: &RenderConfig) -> impl std::fmt::Debug {
+    let is_fast = view.kernels.precision == Precision::Fast;
+    is_fast.then_some((view.kernels, config.choices.accel, config.build, config.kd))
+}
+
+/// A hash of what is written to it: FNV-1a of 128 bits.
+pub(super) struct Key(pub u128);
+
+impl Key {
+    /// The hash of nothing.
+    pub const EMPTY: Key = Key(0x6c62_272e_07bb_0142_62b8_2175_6295_c58d);
+
+    /// Hashes one text.
+    pub fn of(text: std::fmt::Arguments) -> u128 {
+        let mut key = Key::EMPTY;
+        // Writing to a hash cannot fail.
+        let _ = key.write_fmt(text);
+        key.0
+    }
+}
 
 impl Write for Key {
     fn write_str(&mut self, text: &str) -> std::fmt::Result {

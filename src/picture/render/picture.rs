@@ -12,6 +12,7 @@ use super::config::{Backdrop, Inspection, Integrator as How, RenderConfig, TileO
 use super::film::blank;
 use super::frames::FrameMemory;
 use super::inspect::{NOTHING, Reading, depths_of};
+use super::irradiance::{CacheCounts, LightCache};
 use super::items::{item_buffer, tiles_of};
 use super::layers::PathOutputs;
 use super::mattes::MatteNames;
@@ -51,8 +52,8 @@ pub struct Rendered {
     pub decided: u64,
     /// What sampling came to, if it was adaptive.
     pub reached: Option<Reached>,
-    /// Number of records of its irradiance cache, if it has one.
-    pub records: Option<usize>,
+    /// The counts of its irradiance cache, if it has one.
+    pub cache: Option<CacheCounts>,
     /// What was read at each pixel, row by row, if the picture is an inspection.
     pub readings: Vec<Reading>,
 }
@@ -79,6 +80,11 @@ pub enum RenderError {
     MovingLights { most: u32 },
     #[error("a cache of light does not tell groups of lights apart")]
     Outputs,
+    #[error(
+        "the records of --cache-file are of other light: this view's eye is in another medium, or it \
+         stands elsewhere in the studio of a scene without light; name another file, or leave it out"
+    )]
+    OtherLight,
 }
 
 /// Renders on the current rayon pool. Records every ray if `recording` is true.
@@ -88,7 +94,8 @@ pub fn render(
     recording: bool,
     progress: &Progress,
 ) -> Result<Rendered, RenderError> {
-    render_tiles((view, None), config, recording, None, progress, &|_| ())
+    let kept = Kept::default();
+    render_tiles((view, None), config, recording, kept, progress, &|_| ())
 }
 
 /// Renders with an open shutter, on the current rayon pool. `view` is of the shutter's middle, of
@@ -100,7 +107,8 @@ pub fn render_blurred(
     progress: &Progress,
     on_tile: &(dyn Fn(FinishedTile) + Sync),
 ) -> Result<Rendered, RenderError> {
-    render_tiles((view, Some(slices)), config, false, None, progress, on_tile)
+    let kept = Kept::default();
+    render_tiles((view, Some(slices)), config, false, kept, progress, on_tile)
 }
 
 /// A rectangle of the picture that is done.
@@ -133,19 +141,47 @@ pub fn render_showing(
     progress: &Progress,
     on_tile: &(dyn Fn(FinishedTile) + Sync),
 ) -> Result<Rendered, RenderError> {
-    render_tiles((view, None), config, false, None, progress, on_tile)
+    render_keeping(view, config, &mut LightCache::default(), progress, on_tile)
 }
 
-/// Renders a frame of a sequence. `memory` comes from the frame before, rendered with
-/// the same configuration; the picture has the same bits as without it.
+/// Renders a picture as [`render_showing`] does. Its cache of indirect light begins with the records
+/// of `light`, which are to be of the same scene at rest, and those that it adds are kept there.
+pub fn render_keeping(
+    view: &View,
+    config: &RenderConfig,
+    light: &mut LightCache,
+    progress: &Progress,
+    on_tile: &(dyn Fn(FinishedTile) + Sync),
+) -> Result<Rendered, RenderError> {
+    let kept = Kept {
+        bounds: None,
+        light: Some(light),
+    };
+    render_tiles((view, None), config, false, kept, progress, on_tile)
+}
+
+/// Renders a frame of a sequence. `memory` and `light` come from the frame before, rendered with
+/// the same configuration. The picture has the same bits as without `memory`; of `light` the same
+/// holds as for [`render_keeping`].
 pub fn render_after(
     view: &View,
     config: &RenderConfig,
-    memory: &mut FrameMemory,
+    (memory, light): (&mut FrameMemory, &mut LightCache),
     progress: &Progress,
 ) -> Result<Rendered, RenderError> {
     memory.restart(tiling(config).1);
-    render_tiles((view, None), config, false, Some(memory), progress, &|_| ())
+    let kept = Kept {
+        bounds: Some(memory),
+        light: Some(light),
+    };
+    render_tiles((view, None), config, false, kept, progress, &|_| ())
+}
+
+/// What a picture takes over from others, and leaves for them.
+#[derive(Default)]
+struct Kept<'k> {
+    bounds: Option<&'k FrameMemory>,
+    light: Option<&'k mut LightCache>,
 }
 
 /// Returns the side of the tiles in pixels, and their number.
@@ -163,10 +199,11 @@ fn render_tiles(
     (view, slices): (&View, Option<&Slices>),
     config: &RenderConfig,
     recording: bool,
-    memory: Option<&FrameMemory>,
+    kept: Kept,
     progress: &Progress,
     on_tile: &(dyn Fn(FinishedTile) + Sync),
 ) -> Result<Rendered, RenderError> {
+    let memory = kept.bounds;
     if config.caching.is_some() && config.aovs.light_groups {
         return Err(RenderError::Outputs);
     }
@@ -204,7 +241,7 @@ fn render_tiles(
         record: Vec::new(),
         decided: 0,
         reached: None,
-        records: None,
+        cache: None,
         readings,
     });
     let workers = ScratchPool::<Worker>::default();
@@ -219,11 +256,18 @@ fn render_tiles(
         _ => [0.0; 2],
     };
     let whole = morton_order((side, side));
-    let paths = PathPicture::new(view, config).map(|picture| match slices {
-        None => picture.cached(view, config, &generator, progress),
-        Some(_) => (picture, RayCounts::default()),
-    });
-    let (paths, of_cache) = paths.unzip();
+    let mut own = LightCache::default();
+    let light = kept.light.unwrap_or(&mut own);
+    let mut of_cache = (RayCounts::default(), None);
+    let paths = match (PathPicture::new(view, config), slices) {
+        (Some(picture), None) => {
+            let (picture, rays, counts) =
+                picture.cached((view, config), &generator, light, progress)?;
+            of_cache = (rays, counts);
+            Some(picture)
+        }
+        (paths, _) => paths,
+    };
     progress.start(tiles);
     let film = render_film((view, slices), config, paths.as_ref(), (tiles, progress))?;
     let material_flags = MaterialFlags::new(&view.world.scene.materials.rows);
@@ -271,13 +315,13 @@ fn render_tiles(
         return Err(RenderError::Interrupted);
     }
     let mut done = done.into_inner().unwrap_or_else(|e| e.into_inner());
-    done.counts.add(&of_cache.unwrap_or_default());
+    done.counts.add(&of_cache.0);
+    done.cache = of_cache.1;
     if let Some(film) = &film {
         film.put(&outputs, &mut done.picture);
         done.counts.add(&film.counts);
         done.reached = config.adaptive.is_some().then(|| film.reached());
     }
-    done.records = paths.as_ref().and_then(PathPicture::records);
     if let Some(samples) = &mut done.picture.samples {
         match &film {
             Some(film) => samples.copy_from_slice(&film.sample_counts()),

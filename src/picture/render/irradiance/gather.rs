@@ -16,7 +16,7 @@ use crate::trace::{Caching, RayKind, ShadowCache};
 use glam::{DMat2, DVec2, DVec3};
 
 /// Radii of records in widths of a pixel where they lie.
-const LEAST_WIDTHS: f64 = 1.5;
+pub(super) const LEAST_WIDTHS: f64 = 1.5;
 const MOST_WIDTHS: f64 = 64.0;
 
 /// Points that have things nearer than so many widths get no record: light there is left to paths.
@@ -317,9 +317,7 @@ impl Filler<'_> {
             turn: agreed(of_light.turn, first.turn),
             metric: outer(axis, short) + outer(across, long),
             radii: [short, long],
-            // As for the change along the surface: the second derivative of the irradiance, as the
-            // normal turns, is at most about itself.
-            least_cosine: libm::cos((OF_ERROR * self.caching.error).sqrt()),
+            least_cosine: least_cosine(self.caching.error),
             close: least,
             blocked: around.blocked(),
         };
@@ -329,6 +327,13 @@ impl Filler<'_> {
             ..record
         }
     }
+}
+
+/// Returns the least cosine between the normals of a record and of the surfaces that it serves.
+pub(super) fn least_cosine(error: f64) -> f64 {
+    // As for the change along the surface: the second derivative of the irradiance, as the normal
+    // turns, is at most about itself.
+    libm::cos((OF_ERROR * error).sqrt())
 }
 
 /// Lessens changes by how much others, which other rays tell of the same, differ from them: to

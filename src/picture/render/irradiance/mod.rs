@@ -11,11 +11,14 @@
 //! light leaks through walls, however thin, as what lies behind one is farther away than the wall.
 
 mod gather;
+mod kept;
+
+pub use kept::LightCache;
 
 use super::RenderConfig;
 use super::camera::RayGenerator;
 use super::paths::{PathPicture, PathTile};
-use super::picture::{View, Worker};
+use super::picture::{RenderError, View, Worker};
 use super::pixel_order::Spot;
 use super::progress::Progress;
 use crate::shade::RayCounts;
@@ -26,8 +29,10 @@ use crate::shade::path::{
 };
 use crate::trace::{ScratchPool, ShadowCache};
 use rayon::prelude::*;
+use serde::Serialize;
 use std::sync::Mutex;
 use std::sync::atomic::Ordering::Relaxed;
+use std::time::Instant;
 
 /// How indirect light is cached.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,24 +53,45 @@ const FIRST_BATCH: usize = 64;
 const BATCH: usize = 1024;
 const PIECE: usize = 16;
 
-impl PathPicture {
-    /// Returns the number of records in the picture's cache, if it has one.
-    pub fn records(&self) -> Option<usize> {
-        self.cache.as_ref().map(|(cache, _)| cache.records.len())
-    }
+/// Where the records of a picture come from, and what they took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct CacheCounts {
+    /// Records of a file that serve the picture.
+    pub from_file: usize,
+    /// Records of earlier pictures that serve it.
+    pub kept: usize,
+    /// Records that were made for it.
+    pub added: usize,
+    /// Wall-clock time of looking for what is missing and making it.
+    pub seconds: f64,
+}
 
-    /// Fills the cache of a picture, if it is to have one, and returns the rays that this took.
+impl CacheCounts {
+    /// Returns the number of records that serve the picture.
+    pub fn records(&self) -> usize {
+        self.from_file + self.kept + self.added
+    }
+}
+
+impl PathPicture {
+    /// Fills the cache of a picture, if it is to have one, from the records that are kept, and keeps
+    /// what it adds. Returns the rays that this took, and the counts of a picture that has a cache.
+    ///
+    /// Fails if the records of a file are of other light.
     pub fn cached(
         mut self,
-        view: &View,
-        config: &RenderConfig,
+        (view, config): (&View, &RenderConfig),
         generator: &RayGenerator,
+        light: &mut LightCache,
         progress: &Progress,
-    ) -> (PathPicture, RayCounts) {
+    ) -> Result<(PathPicture, RayCounts, Option<CacheCounts>), RenderError> {
         let Some(caching) = config.caching.filter(|_| self.max_depth > 1) else {
-            return (self, RayCounts::default());
+            return Ok((self, RayCounts::default(), None));
         };
-        self.cache = Some((Irradiance::default(), UseMode::Probe));
+        let start = Instant::now();
+        let (kept, mut counts) = light.serving(&self, view, generator)?;
+        let old = kept.len();
+        self.cache = Some((Irradiance::new(kept), UseMode::Probe));
         let filler = Filler {
             view,
             config,
@@ -76,13 +102,16 @@ impl PathPicture {
             counts: Mutex::default(),
         };
         let records = filler.fill(&mut self);
+        light.keep(&records[old..]);
         let mode = match caching.is_unbiased {
             true => UseMode::Control,
             false => UseMode::Final,
         };
+        counts.added = records.len() - old;
         self.cache = Some((Irradiance::new(records), mode));
-        let counts = filler.counts.into_inner();
-        (self, counts.unwrap_or_else(|e| e.into_inner()))
+        counts.seconds = start.elapsed().as_secs_f64();
+        let rays = filler.counts.into_inner();
+        Ok((self, rays.unwrap_or_else(|e| e.into_inner()), Some(counts)))
     }
 }
 

@@ -15,8 +15,8 @@ use lanecast_io::{AovSet, LoadError, picture_files};
 use lanecast_measure::{PictureSize, Stats, Watch};
 use lanecast_model::scene::Scene;
 use lanecast_picture::render::{
-    Backdrop, CacheCounts, FinishedTile, Integrator, LightCache, Reached, RenderConfig, Rendered, View,
-    legend, render_blurred, render_keeping, window_key,
+    Backdrop, CacheCounts, FinishedTile, Integrator, LightCache, Reached, RenderConfig, Rendered,
+    View, legend, render_blurred, render_keeping, window_key,
 };
 use std::path::{Path, PathBuf};
 

@@ -291,7 +291,12 @@ mod tests {
             assert!(said.contains("remove the file"), "{at}: {said}");
         }
         let longer = [&good[..], &[0]].concat();
-        assert!(load(&longer).unwrap_err().to_string().contains("1513 bytes"));
+        assert!(
+            load(&longer)
+                .unwrap_err()
+                .to_string()
+                .contains("1513 bytes")
+        );
         assert!(LightRecords::load(folder.path(), &of).is_err());
     }
 

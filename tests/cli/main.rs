@@ -16,6 +16,7 @@ mod every_scene;
 mod extremes;
 mod farms;
 mod found;
+mod kept_light;
 mod layers;
 mod malformed;
 mod manners;

@@ -9,7 +9,9 @@ use lanecast::internals::accel::{
 use lanecast::internals::geom::Sphere;
 use lanecast::internals::math::{Aabb32, Affine};
 use lanecast::internals::plan::Precision;
-use lanecast::internals::render::{FrameMemory, LightCache, Progress, RenderConfig, View, render_after};
+use lanecast::internals::render::{
+    FrameMemory, LightCache, Progress, RenderConfig, View, render_after,
+};
 use lanecast::internals::scene::{
     Camera, Edge, Instances, Key, MeshData, Scene, SceneBuilder, SceneError, Target,
 };

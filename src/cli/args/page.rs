@@ -9,10 +9,12 @@ use std::net::SocketAddr;
 pub const OWN_OPTIONS: [(&str, bool); 2] = [("--listen", true), ("--open", false)];
 
 /// Options of `render` that are not for a page, by the names of their fields.
-pub const HIDDEN: [&str; 15] = [
+pub const HIDDEN: [&str; 17] = [
     "output",
     "accuracy",
     "samples",
+    "cache_file",
+    "cache_keep",
     "tile",
     "frames",
     "fps",

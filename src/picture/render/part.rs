@@ -76,8 +76,12 @@ pub fn render_samples(
     let generator = RayGenerator::new(view.camera, width, height, config.grid);
     let (picture, mut counts) = match slices {
         None => {
-            let (picture, counts, _) =
-                picture.cached((view, config), &generator, &mut LightCache::default(), progress)?;
+            let (picture, counts, _) = picture.cached(
+                (view, config),
+                &generator,
+                &mut LightCache::default(),
+                progress,
+            )?;
             (picture, counts)
         }
         Some(_) => (picture, RayCounts::default()),

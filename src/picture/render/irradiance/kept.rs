@@ -210,3 +210,84 @@ fn record_of(row: &[f64; RECORD_NUMBERS], error: f64) -> Option<IrradianceRecord
         blocked,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shade::path::Irradiance;
+
+    fn record() -> IrradianceRecord {
+        let normal = DVec3::new(1.0, 2.0, 3.0).normalize();
+        let change = |x: f64| [0, 1, 2].map(|k| DVec2::new(x, f64::from(k) / 7.0));
+        IrradianceRecord {
+            point: DVec3::new(0.1, -0.2, 0.3),
+            normal,
+            axes: normal.any_orthonormal_pair().into(),
+            light: [0.1, 0.2, 0.3],
+            gradient: change(0.4),
+            turn: change(-0.5),
+            metric: DMat2::from_cols(DVec2::new(4.0, 0.5), DVec2::new(0.5, 3.0)),
+            radii: [0.5, 0.7],
+            least_cosine: least_cosine(0.2),
+            close: 0.01,
+            blocked: std::array::from_fn(|i| i as f32 / 3.0),
+        }
+    }
+
+    #[test]
+    fn the_numbers_of_a_record_are_all_of_it() {
+        let row = row_of(&record());
+        assert_eq!(record_of(&row, 0.2), Some(record()));
+        // Each number counts.
+        for k in 0..RECORD_NUMBERS {
+            let mut other = row;
+            other[k] = 1.25 * row[k] + if row[k] == 0.0 { 1.0 } else { 0.0 };
+            assert_ne!(record_of(&other, 0.2), Some(record()), "number {k}");
+        }
+    }
+
+    /// Whatever a file holds makes records that can be asked, or none.
+    #[test]
+    fn hostile_numbers_do_no_harm() {
+        let row = row_of(&record());
+        let extremes = [
+            0.0,
+            -0.0,
+            -1.0,
+            1.0,
+            1e-300,
+            1e39,
+            1e300,
+            f64::MAX,
+            f64::MIN,
+        ];
+        let mut made = Vec::new();
+        for (k, extreme) in (0..RECORD_NUMBERS).flat_map(|k| extremes.map(|x| (k, x))) {
+            let mut other = row;
+            other[k] = extreme;
+            made.extend(record_of(&other, 0.2));
+        }
+        assert!(made.len() > 100);
+        assert!(made.iter().all(|r| r.light.iter().all(|c| *c >= 0.0)));
+        let cache = Irradiance::new(made.clone());
+        for record in &made {
+            let light = cache.at(record.point, record.normal).unwrap_or_default();
+            assert!(light.iter().all(|c| *c >= 0.0), "{light:?}");
+        }
+        let mut unlike = row;
+        unlike[3] += 0.01;
+        assert_eq!(record_of(&unlike, 0.2), None);
+        for (k, wrong) in [
+            (6, -1.0),
+            (6, 0.1),
+            (24, 0.0),
+            (25, -1.0),
+            (26, 0.0),
+            (27, -1.0),
+        ] {
+            let mut other = row;
+            other[k] = wrong;
+            assert_eq!(record_of(&other, 0.2), None, "{wrong} as number {k}");
+        }
+    }
+}

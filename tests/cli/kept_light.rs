@@ -45,7 +45,10 @@ fn scene() -> tempfile::TempDir {
 /// Renders with a coarse cache; returns whether it did, and what was said.
 fn rendered(folder: &Path, arguments: &str) -> (Option<i32>, String) {
     let first = "render --size 32x24 --spp 2 --cache irradiance --cache-error 1";
-    let all: Vec<&str> = first.split(' ').chain(arguments.split(' ')).collect();
+    let all: Vec<&str> = first
+        .split_whitespace()
+        .chain(arguments.split_whitespace())
+        .collect();
     let done = lanecast(folder, &all);
     let said = stderr(&done).to_owned();
     assert!(!said.contains("panicked"), "{arguments}: {said}");

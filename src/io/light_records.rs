@@ -60,7 +60,7 @@ impl RecordsOf {
             return option("--cache-error", &self.error, &asked.error);
         }
         if self.max_depth != asked.max_depth {
-            return option("--max-depth", &self.max_depth, &asked.max_depth);
+            return option("--max-bounces", &self.max_depth, &asked.max_depth);
         }
         if self.seed != asked.seed {
             return option("--seed", &self.seed, &asked.seed);
@@ -266,7 +266,7 @@ mod tests {
         assert!(said(RecordsOf { scene: 0, ..of }).contains("another scene"));
         assert!(said(RecordsOf { error: 0.4, ..of }).contains("--cache-error 0.2, not 0.4"));
         assert!(said(RecordsOf { seed: 7, ..of }).contains("--seed 3, not 7"));
-        assert!(said(RecordsOf { max_depth: 8, ..of }).contains("--max-depth 16, not 8"));
+        assert!(said(RecordsOf { max_depth: 8, ..of }).contains("--max-bounces 16, not 8"));
         assert!(said(RecordsOf { precision: 0, ..of }).contains("--precision"));
         assert!(LightRecords::load(&path, &RecordsOf { around: 0, ..of }).is_ok());
     }

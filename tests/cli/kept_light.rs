@@ -161,7 +161,12 @@ fn a_file_of_records_of_something_else_is_refused() {
         3,
         "another scene",
     );
-    refused(path, &again("--max-depth 3"), 3, "--max-depth 16, not 3");
+    refused(
+        path,
+        &again("--max-bounces 3"),
+        3,
+        "--max-bounces 16, not 3",
+    );
     refused(path, &again("--seed 1"), 3, "--seed 0, not 1");
     refused(path, &again("--precision fast"), 3, "--precision");
     let other = "--cache-error 0.5";

@@ -3,9 +3,12 @@
 
 use crate::common::{ALL_AOVS, hard_rays, in_repository, load, random_scene};
 use glam::DVec3;
+use lanecast::internals::render::{Adaptive, Grid, IndirectCaching, Window};
 use lanecast::internals::scene::Instances;
+use lanecast::shapes::Sphere;
 use lanecast::{
-    Choices, Hits, Precision, Progress, RayBatch, RenderConfig, Scene, Tracer, TracerOptions,
+    Backdrop, Choices, Edge, Exposure, Hits, Precision, Progress, RayBatch, RenderConfig, Scene,
+    SceneBuilder, ShutterShape, Tracer, TracerOptions,
 };
 use std::sync::Mutex;
 
@@ -150,5 +153,196 @@ fn outputs_beside_the_colour_are_the_pixel_s_centre_at_any_number_of_samples() {
             ids.iter().all(|id| *id == u32::MAX || *id < 1 << 31),
             "{file}"
         );
+    }
+}
+
+/// A ball of radius 1 about the origin.
+fn ball() -> Scene {
+    let mut scene = SceneBuilder::default();
+    let (center, radius) = (DVec3::ZERO, 1.0);
+    let ball = scene.sphere("", Sphere { center, radius });
+    scene.instance("", Edge::shape(ball));
+    scene.finish().unwrap()
+}
+
+#[test]
+fn what_no_picture_can_be_made_of_is_refused() {
+    let tracer = tracer(&ball(), Precision::Guarded);
+    let exposure = Exposure {
+        open: 0.0,
+        close: 1.0,
+        shape: ShutterShape::Box,
+        slices: 4,
+    };
+    let shut = |exposure: Exposure| RenderConfig {
+        shutter: Some(exposure),
+        ..config()
+    };
+    let until = |close: f64| shut(Exposure { close, ..exposure });
+    let from = |open: f64| shut(Exposure { open, ..exposure });
+    let slow = |rise: f64, fall: f64| {
+        let shape = ShutterShape::Trapezoid { rise, fall };
+        shut(Exposure { shape, ..exposure })
+    };
+    let sized = |width: u32, height: u32| RenderConfig {
+        width,
+        height,
+        ..config()
+    };
+    let corners = RenderConfig {
+        grid: Grid::Corners,
+        ..config()
+    };
+    let sampled = |spp: u32| RenderConfig { spp, ..config() };
+    let adaptive = |noise: f32, most: u32| RenderConfig {
+        adaptive: Some(Adaptive { noise, most }),
+        ..config()
+    };
+    let cached = |error: f64| RenderConfig {
+        caching: Some(IndirectCaching {
+            is_unbiased: false,
+            error,
+        }),
+        ..config()
+    };
+    let cut = |x: u32, width: u32| RenderConfig {
+        window: Some(Window {
+            x,
+            y: 0,
+            width,
+            height: 32,
+        }),
+        ..config()
+    };
+    let colored = |c: f32| RenderConfig {
+        backdrop: Backdrop::Color([0.0, c, 0.0]),
+        ..config()
+    };
+    for (config, said) in [
+        (sized(0, 60), "0x60 pixels; give each side 1 to 65535"),
+        (sized(80, 0), "80x0 pixels; give"),
+        (sized(u32::MAX, u32::MAX), "at most 268435456 pixels"),
+        (
+            RenderConfig {
+                width: 1,
+                ..corners.clone()
+            },
+            "give each side 2",
+        ),
+        (
+            RenderConfig {
+                spp: 4,
+                ..corners.clone()
+            },
+            "spp is 4; give it 1",
+        ),
+        (
+            RenderConfig {
+                shutter: Some(exposure),
+                ..corners
+            },
+            "leave out the shutter",
+        ),
+        (sampled(0), "spp is 0; give it 1 to 65536"),
+        (sampled(65_537), "spp is 65537; give"),
+        (adaptive(f32::NAN, 64), "noise is NaN; give"),
+        (adaptive(0.0, 64), "noise is 0; give"),
+        (adaptive(0.01, 0), "adaptive.most is 0; give"),
+        (cached(f64::NAN), "error is NaN; give"),
+        (cached(0.0), "error is 0; give"),
+        (
+            RenderConfig {
+                max_depth: 256,
+                ..config()
+            },
+            "max_depth is 256; give",
+        ),
+        (
+            RenderConfig {
+                matte_ranks: 0,
+                ..config()
+            },
+            "matte_ranks is 0; give",
+        ),
+        (colored(f32::NAN), "[0.0, NaN, 0.0]; give"),
+        (colored(-1.0), "[0.0, -1.0, 0.0]; give"),
+        (cut(0, 0), "0x32 pixels at 0, 0 of a picture of 80x60; give"),
+        (cut(7, 32), "at multiples of 32"),
+        (cut(64, 32), "all within the picture"),
+        (cut(32, u32::MAX), "all within the picture"),
+        (
+            RenderConfig {
+                adaptive: adaptive(0.1, 4).adaptive,
+                ..cut(0, 32)
+            },
+            "or the window",
+        ),
+        (from(f64::NAN), "opens at NaN and closes at 1; let"),
+        (until(f64::INFINITY), "closes at inf; let"),
+        (from(2.0), "opens at 2 and closes at 1; let"),
+        (
+            shut(Exposure {
+                open: -f64::MAX,
+                close: f64::MAX,
+                ..exposure
+            }),
+            "both be finite",
+        ),
+        (
+            shut(Exposure {
+                slices: 0,
+                ..exposure
+            }),
+            "no slices; give",
+        ),
+        (slow(f64::NAN, 0.0), "opens over NaN of its time"),
+        (slow(0.75, 0.75), "at most 1"),
+    ] {
+        let refused = tracer.render(&config, &Progress::default(), &|_| ());
+        let message = refused.expect_err(said).to_string();
+        assert!(
+            message.starts_with("RenderConfig: ") && message.contains(said),
+            "{message}"
+        );
+    }
+    for config in [
+        config(),
+        sized(1, 1),
+        sampled(2),
+        shut(exposure),
+        cut(64, 16),
+    ] {
+        assert!(
+            tracer
+                .render(&config, &Progress::default(), &|_| ())
+                .is_ok()
+        );
+    }
+}
+
+#[test]
+fn bounds_of_t_that_are_no_numbers_admit_no_hit() {
+    let scene = ball();
+    let (org, dir) = (DVec3::new(0.0, 0.0, 4.0), -DVec3::Z);
+    let endless = f32::INFINITY;
+    let mut rays = RayBatch::default();
+    for (start, end) in [
+        (0.0, endless),
+        (-endless, 5.0),
+        (f32::NAN, endless),
+        (0.0, f32::NAN),
+        (f32::NAN, f32::NAN),
+        (4.0, 3.0),
+        (3.0, 3.0),
+        (-5.0, -1.0),
+    ] {
+        rays.push_within(org, dir, start..end);
+    }
+    for precision in [Precision::Fast, Precision::Guarded, Precision::Exact] {
+        let tracer = tracer(&scene, precision);
+        let hits = tracer.closest(&rays);
+        let met: Vec<bool> = (0..rays.len()).map(|row| hits.get(row).is_some()).collect();
+        assert_eq!(met, [true, true, false, false, false, false, false, false]);
+        assert_eq!(tracer.occluded(&rays), met);
     }
 }

@@ -14,8 +14,7 @@ use lanecast_picture::render::{
 use std::ops::Range;
 use std::path::PathBuf;
 
-/// The most samples of a pixel.
-const MOST_SAMPLES: u32 = 65_536;
+const MOST_SAMPLES: u32 = RenderConfig::MOST_SAMPLES;
 
 #[derive(Args)]
 pub struct LightArgs {

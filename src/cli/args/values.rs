@@ -9,7 +9,7 @@ use lanecast_measure::generate::Generated;
 use lanecast_measure::ray_kinds::{Kind, Order};
 use lanecast_model::plan::{Accel, LaneCount, Precision};
 use lanecast_numerics::roots::{Interval, Solver};
-use lanecast_picture::render::{Backdrop, Grid};
+use lanecast_picture::render::{Backdrop, Grid, RenderConfig};
 use std::ops::Bound;
 use std::path::PathBuf;
 
@@ -61,8 +61,8 @@ pub struct GrowthRange {
 
 /// 10⁸ triangles take about ten gigabytes.
 const MAX_GROWTH: u64 = 100_000_000;
-const MAX_SIDE: u32 = 65_535;
-const MAX_PIXELS: u64 = 1 << 28;
+const MAX_SIDE: u32 = RenderConfig::MOST_SIDE;
+const MAX_PIXELS: u64 = RenderConfig::MOST_PIXELS;
 
 pub fn parse_size(text: &str) -> Result<Size, String> {
     let number = |side: &str| {

@@ -32,9 +32,9 @@ use std::sync::atomic::Ordering::Relaxed;
 /// When samples are enough.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Adaptive {
-    /// The noise at which a block is left, about that of a mid-grey in its unit.
+    /// The noise at which a block is left, about that of a mid-grey in its unit; above 0.
     pub noise: f32,
-    /// No pixel gets more samples than this, rounded down to a power of two.
+    /// No pixel gets more samples than this, at least 1, rounded down to a power of two.
     pub most: u32,
 }
 

@@ -1,8 +1,8 @@
 //! The parameters of a render in one value: filled by the command line or by a program,
 //! read by the plan and the renderer.
 //!
-//! The command line checks ranges (sizes, counts) when it parses them; programs that
-//! fill this value themselves stay within the documented ranges.
+//! The command line checks ranges (sizes, counts) when it parses them; what programs fill
+//! themselves, [`RenderConfig::check`] does.
 
 use super::AovSet;
 use super::adaptive::Adaptive;
@@ -19,11 +19,12 @@ use crate::trace::Caching;
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderConfig {
-    /// Size in pixels: both sides at least 1, with [`Grid::Corners`] at least 2.
+    /// Size in pixels: both sides at least 1, with [`Grid::Corners`] at least 2, and at most
+    /// [`RenderConfig::MOST_SIDE`].
     pub width: u32,
     pub height: u32,
     pub grid: Grid,
-    /// Samples per pixel, at least 1; exactly 1 with [`Grid::Corners`].
+    /// Samples per pixel, from 1 to [`RenderConfig::MOST_SAMPLES`]; exactly 1 with [`Grid::Corners`].
     pub spp: u32,
     pub integrator: Integrator,
     /// Random numbers of the integrators that trace paths.
@@ -50,13 +51,13 @@ pub struct RenderConfig {
     pub seed: u64,
     /// The number of the picture in a sequence, so that their noise differs.
     pub frame: u32,
-    /// The maximum number of reflections and refractions along a path.
+    /// The maximum number of reflections and refractions along a path, at most 255.
     pub max_depth: u32,
     /// A camera's name, or its index from 0; `None` selects the first.
     pub camera: Option<String>,
     /// Layers of light and mattes are made by the integrators that trace paths, and no others.
     pub aovs: AovSet,
-    /// Ids that each pixel of a Cryptomatte has room for, at least 1.
+    /// Ids that each pixel of a Cryptomatte has room for, from 1 to 32.
     pub matte_ranks: u32,
     /// The ground that was put under the scene, which fades out of the picture; only paths
     /// let it.
@@ -78,6 +79,7 @@ pub struct RenderConfig {
 pub struct Exposure {
     /// Times of the scene's motion, which is from 0 to 1; before and after it nothing moves.
     pub open: f64,
+    /// At least `open`.
     pub close: f64,
     pub shape: ShutterShape,
     /// At least 1.

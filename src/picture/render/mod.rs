@@ -21,6 +21,7 @@ mod paths;
 mod picture;
 mod pixel_order;
 mod progress;
+mod ranges;
 mod sampler;
 mod silhouettes;
 mod slices;
@@ -48,6 +49,7 @@ pub use picture::{
 };
 pub use pixel_order::{BLOCK, every_second_bit};
 pub use progress::Progress;
+pub use ranges::ConfigError;
 pub use sampler::sample_position;
 pub use sampler::{mix, unit};
 pub use silhouettes::{Rectangle, silhouette};

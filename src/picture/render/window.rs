@@ -54,6 +54,15 @@ impl Window {
         })
     }
 
+    /// Says whether this is a window of a picture of some size.
+    pub fn lies_in(&self, width: u32, height: u32) -> bool {
+        let within = |start: u32, len: u32, whole: u32| {
+            let end = start.checked_add(len);
+            len > 0 && start.is_multiple_of(Window::STEP) && end.is_some_and(|end| end <= whole)
+        };
+        within(self.x, self.width, width) && within(self.y, self.height, height)
+    }
+
     /// Returns the number of its pixels.
     pub fn pixels(&self) -> usize {
         self.width as usize * self.height as usize

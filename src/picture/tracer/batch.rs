@@ -22,15 +22,16 @@ impl RayBatch {
     }
 
     /// Adds a ray whose hits lie strictly within an interval of t, of which the part below 0
-    /// does not count.
+    /// does not count. If a bound is NaN the ray hits nothing.
     pub fn push_within(&mut self, org: DVec3, dir: DVec3, t: Range<f32>) {
         self.truncate(self.len);
         for k in 0..3 {
             self.org[k].push(org[k]);
             self.dir[k].push(dir[k]);
         }
-        self.t_min.push(t.start.max(0.0));
-        self.t_max.push(t.end);
+        let (t_min, t_max) = bounded(t);
+        self.t_min.push(t_min);
+        self.t_max.push(t_max);
         self.len += 1;
         self.pad();
     }
@@ -89,6 +90,15 @@ impl RayBatch {
             .for_each(|column| column.resize(rows, 1.0));
         self.t_min.resize(rows, 0.0);
         self.t_max.resize(rows, -1.0);
+    }
+}
+
+/// Returns the bounds of t as rays of the engine have them; those of a ray that meets nothing if
+/// one is NaN.
+fn bounded(t: Range<f32>) -> (f32, f32) {
+    match t.start.is_nan() || t.end.is_nan() {
+        true => (0.0, -1.0),
+        false => (t.start.max(0.0), t.end),
     }
 }
 

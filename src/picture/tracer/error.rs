@@ -2,7 +2,7 @@
 
 use crate::io::{LoadError, SaveError};
 use crate::plan::PlanError;
-use crate::render::{RenderError, SliceError};
+use crate::render::{ConfigError, RenderError, SliceError};
 use crate::scene::{SceneError, UnknownCamera};
 use thiserror::Error;
 
@@ -18,6 +18,8 @@ pub enum Error {
     Plan(#[from] PlanError),
     #[error(transparent)]
     Camera(#[from] UnknownCamera),
+    #[error("RenderConfig: {0}")]
+    Config(#[from] ConfigError),
     #[error(transparent)]
     Render(#[from] RenderError),
     #[error(transparent)]

@@ -146,15 +146,16 @@ impl Tracer {
     /// Renders a picture, and calls `on_tile` with each tile once it is finished, from any
     /// thread and in any order. Cameras and lights that the scene lacks are default ones.
     /// With a shutter in `config` what moves is blurred, and tiles are finished late. Returns an
-    /// error if there is no camera of the configured name, too little memory, or if `progress` is
-    /// cancelled. Only what `config` says of pictures counts; precision and
-    /// structure are the tracer's.
+    /// error if a value of `config` is out of its range, if there is no camera of the configured
+    /// name, too little memory, or if `progress` is cancelled. Only what `config` says of pictures
+    /// counts; precision and structure are the tracer's.
     pub fn render(
         &self,
         config: &RenderConfig,
         progress: &Progress,
         on_tile: &(dyn Fn(FinishedTile) + Sync),
     ) -> Result<Picture, Error> {
+        config.check()?;
         if let Some(exposure) = &config.shutter {
             return self.render_blurred(exposure, config, progress, on_tile);
         }

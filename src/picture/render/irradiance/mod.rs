@@ -40,7 +40,7 @@ pub struct IndirectCaching {
     /// Whether some paths go on, so that the mean of pictures is right.
     pub is_unbiased: bool,
     /// How far records serve, and how many rays gather them: about the part of the light that they
-    /// may be wrong by.
+    /// may be wrong by, from 0.02 to 1.
     pub error: f64,
 }
 

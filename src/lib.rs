@@ -45,7 +45,9 @@ pub use lanecast_model::scene::{
 // Tracing.
 pub use lanecast_engine::trace::{End, Span, Spans};
 pub use lanecast_model::plan::{Choices, Precision};
-pub use lanecast_picture::tracer::{Error, Hit, Hits, RayBatch, Solids, Tracer, TracerOptions};
+pub use lanecast_picture::tracer::{
+    ColumnError, Error, Hit, Hits, RayBatch, Solids, Tracer, TracerOptions,
+};
 // Pictures.
 pub use lanecast_io::{AovSet, Bits, Development, Picture, Tone};
 pub use lanecast_picture::render::{Backdrop, Exposure, FinishedTile, Progress, RenderConfig};

@@ -346,3 +346,67 @@ fn bounds_of_t_that_are_no_numbers_admit_no_hit() {
         assert_eq!(tracer.occluded(&rays), met);
     }
 }
+
+#[test]
+fn batches_of_any_length_are_padded_alike() {
+    let scene = random_scene(11);
+    let mut all = rays(&scene, 5);
+    let more = rays(&scene, 6);
+    all.extend((0..more.len()).map(|row| more.ray(row)));
+    let tracer = tracer(&scene, Precision::Guarded);
+    let (hits, blocked) = (tracer.closest(&all), tracer.occluded(&all));
+    // A beam has 64 rays, and a thread takes 16384 at a time.
+    for len in [0, 1, 63, 64, 65, 16_383, 16_384, 16_385] {
+        let mut some = RayBatch::with_capacity(len);
+        some.extend((0..len).map(|row| all.ray(row)));
+        let found = tracer.closest(&some);
+        assert_eq!((some.len(), found.len()), (len, len));
+        assert!((0..len).all(|row| found.get(row) == hits.get(row)), "{len}");
+        assert_eq!(tracer.occluded(&some), blocked[..len]);
+        // More rays follow those that were traced.
+        some.extend((len..len + 3).map(|row| all.ray(row)));
+        let found = tracer.closest(&some);
+        assert!(
+            (0..len + 3).all(|row| found.get(row) == hits.get(row)),
+            "{len}"
+        );
+    }
+}
+
+#[test]
+fn columns_are_taken_as_rays() {
+    let vectors = [[0.0, 1.0], [2.0, 3.0], [4.0, 5.0]].map(Vec::from);
+    let along = [[6.0, 7.0], [8.0, 9.0], [10.0, 11.0]].map(Vec::from);
+    let bounds = [vec![-1.0, f32::NAN], vec![2.0, 3.0]];
+    let taken = RayBatch::from_columns(vectors.clone(), along.clone(), Some(bounds)).unwrap();
+    let mut pushed = RayBatch::default();
+    pushed.push_within(
+        DVec3::new(0.0, 2.0, 4.0),
+        DVec3::new(6.0, 8.0, 10.0),
+        -1.0..2.0,
+    );
+    pushed.push_within(
+        DVec3::new(1.0, 3.0, 5.0),
+        DVec3::new(7.0, 9.0, 11.0),
+        f32::NAN..3.0,
+    );
+    assert_eq!(taken, pushed);
+    let endless = RayBatch::from_columns(vectors.clone(), along.clone(), None).unwrap();
+    let mut pushed = RayBatch::default();
+    pushed.extend((0..2).map(|row| taken.ray(row)));
+    assert_eq!(endless, pushed);
+    for (column, change) in ["org[1]", "org[2]", "dir[0]", "dir[1]", "dir[2]"]
+        .into_iter()
+        .zip(1..)
+    {
+        let mut all = [vectors.clone(), along.clone()];
+        all[change / 3][change % 3].pop();
+        let [org, dir] = all;
+        let refused = RayBatch::from_columns(org, dir, None).unwrap_err();
+        let said = format!("the column {column} has 1 rows and org[0] has 2; give");
+        assert!(refused.to_string().starts_with(&said), "{refused}");
+    }
+    let bounds = [vec![0.0; 2], vec![1.0; 3]];
+    let refused = RayBatch::from_columns(vectors, along, Some(bounds)).unwrap_err();
+    assert_eq!((refused.column, refused.rows, refused.rays), ("t[1]", 3, 2));
+}

@@ -1,20 +1,76 @@
-//! Rays and hits of the stable interface, in columns that grow and need no padding by hand.
+//! Rays and hits of the stable interface, in columns that need no padding by hand.
 
 use crate::trace::{HitId, HitIds, MAX_LANES, Rays, Vectors};
 use glam::DVec3;
 use std::ops::Range;
+use thiserror::Error;
 
 /// Rays in world space, in columns.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct RayBatch {
     org: [Vec<f64>; 3],
     dir: [Vec<f64>; 3],
     t_min: Vec<f32>,
     t_max: Vec<f32>,
-    len: usize,
+}
+
+/// A column that has not a row for each ray.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error(
+    "the column {column} has {rows} rows and org[0] has {rays}; give every column a row per ray"
+)]
+pub struct ColumnError {
+    pub column: &'static str,
+    pub rows: usize,
+    pub rays: usize,
 }
 
 impl RayBatch {
+    /// Makes an empty batch with room for `rays` rays.
+    pub fn with_capacity(rays: usize) -> RayBatch {
+        let column = || [0; 3].map(|_| Vec::with_capacity(rays));
+        RayBatch {
+            org: column(),
+            dir: column(),
+            t_min: Vec::with_capacity(rays),
+            t_max: Vec::with_capacity(rays),
+        }
+    }
+
+    /// Takes the x, y and z of origins and of directions, a row per ray, and the bounds of t as
+    /// [`push_within`](Self::push_within) has them: lower and upper ones, or `None` for rays that
+    /// end nowhere. Returns an error if a column is shorter or longer than the first.
+    pub fn from_columns(
+        org: [Vec<f64>; 3],
+        dir: [Vec<f64>; 3],
+        t: Option<[Vec<f32>; 2]>,
+    ) -> Result<RayBatch, ColumnError> {
+        let rays = org[0].len();
+        let [mut t_min, mut t_max] =
+            t.unwrap_or_else(|| [vec![0.0; rays], vec![f32::INFINITY; rays]]);
+        let lengths = [
+            ("org[1]", org[1].len()),
+            ("org[2]", org[2].len()),
+            ("dir[0]", dir[0].len()),
+            ("dir[1]", dir[1].len()),
+            ("dir[2]", dir[2].len()),
+            ("t[0]", t_min.len()),
+            ("t[1]", t_max.len()),
+        ];
+        if let Some((column, rows)) = lengths.into_iter().find(|(_, rows)| *rows != rays) {
+            return Err(ColumnError { column, rows, rays });
+        }
+        for (start, end) in t_min.iter_mut().zip(&mut t_max) {
+            (*start, *end) = bounded(*start..*end);
+        }
+        Ok(RayBatch {
+            org,
+            dir,
+            t_min,
+            t_max,
+        })
+    }
+
     /// Adds a ray that ends nowhere. Its direction may have any length but 0; t counts in
     /// lengths of it.
     pub fn push(&mut self, org: DVec3, dir: DVec3) {
@@ -24,7 +80,6 @@ impl RayBatch {
     /// Adds a ray whose hits lie strictly within an interval of t, of which the part below 0
     /// does not count. If a bound is NaN the ray hits nothing.
     pub fn push_within(&mut self, org: DVec3, dir: DVec3, t: Range<f32>) {
-        self.truncate(self.len);
         for k in 0..3 {
             self.org[k].push(org[k]);
             self.dir[k].push(dir[k]);
@@ -32,21 +87,29 @@ impl RayBatch {
         let (t_min, t_max) = bounded(t);
         self.t_min.push(t_min);
         self.t_max.push(t_max);
-        self.len += 1;
-        self.pad();
+    }
+
+    /// Makes room for more rays.
+    pub fn reserve(&mut self, rays: usize) {
+        let vectors = self.org.iter_mut().chain(&mut self.dir);
+        vectors.for_each(|column| column.reserve(rays));
+        self.t_min.reserve(rays);
+        self.t_max.reserve(rays);
     }
 
     pub fn len(&self) -> usize {
-        self.len
+        self.t_max.len()
     }
 
     pub fn is_empty(&self) -> bool {
-        self.len == 0
+        self.t_max.is_empty()
     }
 
     pub fn clear(&mut self) {
-        self.len = 0;
-        self.truncate(0);
+        let vectors = self.org.iter_mut().chain(&mut self.dir);
+        vectors.for_each(Vec::clear);
+        self.t_min.clear();
+        self.t_max.clear();
     }
 
     /// Returns origin and direction of a ray.
@@ -56,13 +119,28 @@ impl RayBatch {
         (DVec3::from_array(org), DVec3::from_array(dir))
     }
 
-    /// Returns the length of the columns with their padding.
+    /// Returns the number of rays with those that pad them.
     pub(super) fn padded(&self) -> usize {
-        self.t_max.len()
+        self.len().next_multiple_of(MAX_LANES)
     }
 
-    /// Borrows rows that begin and end at multiples of [`MAX_LANES`].
-    pub(super) fn rows(&self, rows: Range<usize>) -> Rays<'_> {
+    /// Borrows the rays of `rows`, which begin and end at multiples of [`MAX_LANES`]. If they go
+    /// beyond the last ray they are copied to `end`, and padded there.
+    pub(super) fn rows<'r>(&'r self, rows: Range<usize>, end: &'r mut RayBatch) -> Rays<'r> {
+        if rows.end <= self.len() {
+            return self.borrowed(rows);
+        }
+        let left = rows.start..self.len();
+        *end = RayBatch {
+            org: [0, 1, 2].map(|k| filled(&self.org[k][left.clone()], 0.0, rows.len())),
+            dir: [0, 1, 2].map(|k| filled(&self.dir[k][left.clone()], 1.0, rows.len())),
+            t_min: filled(&self.t_min[left.clone()], NOTHING.0, rows.len()),
+            t_max: filled(&self.t_max[left.clone()], NOTHING.1, rows.len()),
+        };
+        end.borrowed(0..rows.len())
+    }
+
+    fn borrowed(&self, rows: Range<usize>) -> Rays<'_> {
         let Range { start, end } = rows;
         Rays {
             org: Vectors::Double([0, 1, 2].map(|k| &self.org[k][start..end])),
@@ -71,39 +149,32 @@ impl RayBatch {
             t_max: &self.t_max[start..end],
         }
     }
+}
 
-    fn truncate(&mut self, rows: usize) {
-        self.org.iter_mut().for_each(|column| column.truncate(rows));
-        self.dir.iter_mut().for_each(|column| column.truncate(rows));
-        self.t_min.truncate(rows);
-        self.t_max.truncate(rows);
-    }
+/// The bounds of t of a ray that meets nothing.
+const NOTHING: (f32, f32) = (0.0, -1.0);
 
-    /// Fills the columns up with rays that meet nothing.
-    fn pad(&mut self) {
-        let rows = self.len.next_multiple_of(MAX_LANES);
-        self.org
-            .iter_mut()
-            .for_each(|column| column.resize(rows, 0.0));
-        self.dir
-            .iter_mut()
-            .for_each(|column| column.resize(rows, 1.0));
-        self.t_min.resize(rows, 0.0);
-        self.t_max.resize(rows, -1.0);
-    }
+/// Copies a column, and fills it up to a length.
+fn filled<T: Copy>(column: &[T], filler: T, len: usize) -> Vec<T> {
+    let mut all = Vec::with_capacity(len);
+    all.extend_from_slice(column);
+    all.resize(len, filler);
+    all
 }
 
 /// Returns the bounds of t as rays of the engine have them; those of a ray that meets nothing if
 /// one is NaN.
 fn bounded(t: Range<f32>) -> (f32, f32) {
     match t.start.is_nan() || t.end.is_nan() {
-        true => (0.0, -1.0),
+        true => NOTHING,
         false => (t.start.max(0.0), t.end),
     }
 }
 
 impl Extend<(DVec3, DVec3)> for RayBatch {
     fn extend<I: IntoIterator<Item = (DVec3, DVec3)>>(&mut self, rays: I) {
+        let rays = rays.into_iter();
+        self.reserve(rays.size_hint().0);
         for (org, dir) in rays {
             self.push(org, dir);
         }

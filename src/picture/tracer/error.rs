@@ -1,5 +1,6 @@
 //! What can go wrong, in one type.
 
+use super::batch::ColumnError;
 use crate::io::{LoadError, SaveError};
 use crate::plan::PlanError;
 use crate::render::{ConfigError, RenderError, SliceError};
@@ -16,6 +17,8 @@ pub enum Error {
     Scene(#[from] SceneError),
     #[error(transparent)]
     Plan(#[from] PlanError),
+    #[error(transparent)]
+    Columns(#[from] ColumnError),
     #[error(transparent)]
     Camera(#[from] UnknownCamera),
     #[error("RenderConfig: {0}")]

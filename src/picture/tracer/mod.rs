@@ -9,7 +9,7 @@
 mod batch;
 mod error;
 
-pub use batch::{Hit, Hits, RayBatch};
+pub use batch::{ColumnError, Hit, Hits, RayBatch};
 pub use error::Error;
 
 use crate::accel::{BuildQuality, Density, KdQuality, Structure, World};
@@ -104,7 +104,8 @@ impl Tracer {
                         primitive,
                     },
                 };
-                let (kernels, rays) = (&self.kernels, rays.rows(rows));
+                let end = &mut RayBatch::default();
+                let (kernels, rays) = (&self.kernels, rays.rows(rows, end));
                 pool.with(|scratch| closest(&self.world, kernels, &rays, &mut hits, scratch));
             });
         Hits::new(rays.len(), t, ids, |row, id| {
@@ -128,7 +129,8 @@ impl Tracer {
         chunks.for_each(|(i, blocked)| {
             let rows = i * CHUNK..i * CHUNK + blocked.len();
             let cache = &mut ShadowCache::new(Caching::default());
-            let (kernels, rays) = (&self.kernels, rays.rows(rows));
+            let end = &mut RayBatch::default();
+            let (kernels, rays) = (&self.kernels, rays.rows(rows, end));
             pool.with(|scratch| any(&self.world, kernels, &rays, cache, blocked, scratch));
         });
         blocked.truncate(rays.len());

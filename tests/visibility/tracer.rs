@@ -410,3 +410,25 @@ fn columns_are_taken_as_rays() {
     let refused = RayBatch::from_columns(vectors, along, Some(bounds)).unwrap_err();
     assert_eq!((refused.column, refused.rows, refused.rays), ("t[1]", 3, 2));
 }
+
+#[test]
+fn t_is_an_f32_unless_it_is_exact() {
+    let org = DVec3::new(0.1, 0.2, 4.0);
+    let toward = DVec3::new(0.01, 0.02, -1.0);
+    let mut rays = RayBatch::default();
+    for scale in [1.0, 3.0, 1e-30, 1e-45] {
+        rays.push(org, toward * scale);
+    }
+    let [single, exact] = [Precision::Guarded, Precision::Exact]
+        .map(|precision| tracer(&ball(), precision).closest(&rays).t);
+    assert!(
+        single.iter().all(|t| f64::from(*t as f32) == *t),
+        "{single:?}"
+    );
+    assert_eq!(single[3], f64::from(f32::MAX));
+    assert!(
+        exact.iter().all(|t| f64::from(*t as f32) != *t),
+        "{exact:?}"
+    );
+    assert!(exact[3] > 1e45);
+}

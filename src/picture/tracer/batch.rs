@@ -72,7 +72,7 @@ impl RayBatch {
     }
 
     /// Adds a ray that ends nowhere. Its direction may have any length but 0; t counts in
-    /// lengths of it.
+    /// lengths of it, so that of a short direction it may leave f32's range ([`Hit::t`]).
     pub fn push(&mut self, org: DVec3, dir: DVec3) {
         self.push_within(org, dir, 0.0..f32::INFINITY);
     }
@@ -184,7 +184,9 @@ impl Extend<(DVec3, DVec3)> for RayBatch {
 /// Where a ray first meets the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// In lengths of the ray's direction.
+    /// In lengths of the ray's direction. In the precision `Exact` it is the f64 nearest to the
+    /// exact value; in the others the value of an f32, and what lies beyond f32's range has its
+    /// largest finite number, about 3.4e38 (docs/SPEC.md, S58).
     pub t: f64,
     /// The number of the instance: which path through the scene's graph.
     pub instance: u64,
@@ -197,7 +199,7 @@ pub struct Hit {
 /// Closest hits in columns, a row per ray.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Hits {
-    /// In lengths of the rays' directions; infinite where there is no hit.
+    /// As [`Hit::t`]; infinite where there is no hit.
     pub t: Vec<f64>,
     /// `u64::MAX` where there is no hit.
     pub instance: Vec<u64>,

@@ -46,7 +46,7 @@ pub use lanecast_model::scene::{
 pub use lanecast_engine::trace::{End, Span, Spans};
 pub use lanecast_model::plan::{Choices, Precision};
 pub use lanecast_picture::tracer::{
-    ColumnError, Error, Hit, Hits, RayBatch, Solids, Tracer, TracerOptions,
+    ColumnError, Error, Hit, Hits, RayBatch, Solids, SurfaceError, Surfaces, Tracer, TracerOptions,
 };
 // Pictures.
 pub use lanecast_io::{AovSet, Bits, Development, Picture, Tone};

@@ -21,6 +21,7 @@ mod pictures;
 mod range;
 mod spawned;
 mod surface_sizes;
+mod surfaces_met;
 mod tracer;
 mod watertight;
 mod waves;

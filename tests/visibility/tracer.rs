@@ -12,7 +12,7 @@ use lanecast::{
 };
 use std::sync::Mutex;
 
-fn tracer(scene: &Scene, precision: Precision) -> Tracer {
+pub fn tracer(scene: &Scene, precision: Precision) -> Tracer {
     let options = TracerOptions {
         choices: Choices {
             precision,
@@ -35,7 +35,7 @@ fn rays(scene: &Scene, seed: u64) -> RayBatch {
     rays
 }
 
-fn config() -> RenderConfig {
+pub fn config() -> RenderConfig {
     RenderConfig {
         width: 80,
         height: 60,
@@ -157,7 +157,7 @@ fn outputs_beside_the_colour_are_the_pixel_s_centre_at_any_number_of_samples() {
 }
 
 /// A ball of radius 1 about the origin.
-fn ball() -> Scene {
+pub fn ball() -> Scene {
     let mut scene = SceneBuilder::default();
     let (center, radius) = (DVec3::ZERO, 1.0);
     let ball = scene.sphere("", Sphere { center, radius });

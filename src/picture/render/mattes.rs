@@ -246,7 +246,7 @@ impl Known {
 
 /// Returns a material's name: that of the file, or its number, or `default` for surfaces without
 /// one.
-fn material_name(scene: &Scene, id: MaterialId) -> String {
+pub fn material_name(scene: &Scene, id: MaterialId) -> String {
     match id.index() < scene.materials.len() {
         true => named_or(scene.materials.names.get(id.0), || {
             format!("material.{}", id.0)

@@ -39,7 +39,7 @@ pub use frames::FrameMemory;
 pub use ground::ground_albedo;
 pub use inspect::{Reading, legend};
 pub use irradiance::{CacheCounts, IndirectCaching, LightCache};
-pub use mattes::instance_name;
+pub use mattes::{instance_name, material_name};
 pub use motion::{Moment, motion_vectors};
 pub use part::{Merge, is_part, parts_of, render_part, render_samples, window_key};
 pub use path_probe::{Block, PathProbe};

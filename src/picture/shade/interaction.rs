@@ -5,7 +5,8 @@ mod places;
 
 use super::projection::{height_at, refined};
 use super::surface::{
-    Surfaces, lift_onto_smooth, normal_before, normals, shading_normal, to_world, to_world_height,
+    Surface, Surfaces, lift_onto_smooth, normal_before, normals, shading_normal, to_world,
+    to_world_height,
 };
 use crate::accel::{PreparedCsg, World};
 use crate::geom::formula::{Formula, border};
@@ -216,6 +217,20 @@ impl<'w> InteractionPart<'w> {
                 let instance = self.world.instances.get(&self.world.scene, self.instance);
                 instance.world_from_object.vectors(lift)
             }
+        }
+    }
+
+    /// Evaluates one hit of a world ray.
+    pub fn surface(&self, (org, dir): (DVec3, DVec3), t: f64, primitive: u32) -> Surface {
+        let [org, dir] = [org, dir].map(Vec3::<f64>::from);
+        let one = self.surfaces((org, dir), t, &[primitive]);
+        Surface {
+            point: one.point.into(),
+            ng: one.ng.into(),
+            ns: one.ns.into(),
+            front: one.front.any(),
+            offset: one.offset,
+            material: self.material(primitive),
         }
     }
 

@@ -59,16 +59,7 @@ impl Surface {
         id: HitId,
     ) -> Surface {
         let interaction = InteractionPart::of(world, precision, id);
-        let [org, dir] = [org, dir].map(|v| Vec3::<f64>::from(DVec3::from(v)));
-        let one = interaction.surfaces((org, dir), t, &[id.primitive]);
-        Surface {
-            point: one.point.into(),
-            ng: one.ng.into(),
-            ns: one.ns.into(),
-            front: one.front.any(),
-            offset: one.offset,
-            material: interaction.material(id.primitive),
-        }
+        interaction.surface((org.into(), dir.into()), t, id.primitive)
     }
 
     /// Returns the origin of a ray that leaves towards `dir`.

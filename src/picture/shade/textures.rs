@@ -83,6 +83,12 @@ impl Place {
         corners.map(|v| meshes.attributes.uvs[first + v as usize].map(f64::from))
     }
 
+    /// Returns the texture coordinates of the first set.
+    pub fn uv(&self, scene: &Tables) -> [f64; 2] {
+        let corners = self.corners(scene, 0);
+        self.mean(|k| corners[k])
+    }
+
     /// Returns the linear colour and alpha of the vertices, white where there are none.
     pub fn color(&self, scene: &Tables) -> [f32; 4] {
         let meshes = &scene.meshes;

@@ -1,6 +1,6 @@
 //! Rays and hits of the stable interface, in columns that need no padding by hand.
 
-use crate::trace::{HitId, HitIds, MAX_LANES, Rays, Vectors};
+use crate::trace::{HitId, HitIds, MAX_LANES, Rays, TURNED, Vectors};
 use glam::DVec3;
 use std::ops::Range;
 use thiserror::Error;
@@ -192,6 +192,8 @@ pub struct Hit {
     pub instance: u64,
     /// The triangle's number in its mesh, the surface's in a CSG solid; else 0.
     pub primitive: u32,
+    /// Whether the surface of a CSG solid's operand faces into it here, as where it is subtracted.
+    pub turned: bool,
     /// Barycentric coordinates of a triangle's second and third corner; else 0.
     pub uv: [f64; 2],
 }
@@ -204,6 +206,7 @@ pub struct Hits {
     /// `u64::MAX` where there is no hit.
     pub instance: Vec<u64>,
     pub primitive: Vec<u32>,
+    pub turned: Vec<bool>,
     pub uv: Vec<[f64; 2]>,
 }
 
@@ -221,7 +224,7 @@ impl Hits {
         t.truncate(len);
         instance.truncate(len);
         primitive.truncate(len);
-        let mut all = vec![[0.0; 2]; len];
+        let (mut all, mut turned) = (vec![[0.0; 2]; len], vec![false; len]);
         for row in 0..len {
             let id = HitId {
                 instance: instance[row],
@@ -231,12 +234,15 @@ impl Hits {
                 t[row] = f64::INFINITY;
             } else {
                 all[row] = uv(row, id);
+                turned[row] = id.primitive & TURNED != 0;
+                primitive[row] &= !TURNED;
             }
         }
         Hits {
             t,
             instance,
             primitive,
+            turned,
             uv: all,
         }
     }
@@ -256,6 +262,7 @@ impl Hits {
             t: self.t[row],
             instance,
             primitive: self.primitive[row],
+            turned: self.turned[row],
             uv: self.uv[row],
         })
     }

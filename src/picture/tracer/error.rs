@@ -1,6 +1,7 @@
 //! What can go wrong, in one type.
 
 use super::batch::ColumnError;
+use super::surfaces::SurfaceError;
 use crate::io::{LoadError, SaveError};
 use crate::plan::PlanError;
 use crate::render::{ConfigError, RenderError, SliceError};
@@ -19,6 +20,8 @@ pub enum Error {
     Plan(#[from] PlanError),
     #[error(transparent)]
     Columns(#[from] ColumnError),
+    #[error(transparent)]
+    Surfaces(#[from] SurfaceError),
     #[error(transparent)]
     Camera(#[from] UnknownCamera),
     #[error("RenderConfig: {0}")]

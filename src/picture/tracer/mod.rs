@@ -8,17 +8,19 @@
 
 mod batch;
 mod error;
+mod surfaces;
 
 pub use batch::{ColumnError, Hit, Hits, RayBatch};
 pub use error::Error;
+pub use surfaces::{SurfaceError, Surfaces};
 
 use crate::accel::{BuildQuality, Density, KdQuality, Structure, World};
 use crate::plan::{Accel, Choices, Kernels, Plan, plan};
 use crate::render::{
     Exposure, FinishedTile, Integrator, Picture, Progress, RenderConfig, Slices, View,
-    render_blurred, render_with,
+    instance_name, material_name, render_blurred, render_with,
 };
-use crate::scene::{Camera, Instances, Light, Scene, default_camera, default_lights};
+use crate::scene::{Camera, Instances, Light, MaterialId, Scene, default_camera, default_lights};
 use crate::shade::barycentrics;
 use crate::trace::{
     self, Caching, Depths, HitIds, Ids, ScratchPool, ShadowCache, Spans, TraceScratch, any, closest,
@@ -135,6 +137,29 @@ impl Tracer {
         });
         blocked.truncate(rays.len());
         blocked
+    }
+
+    /// Evaluates the surfaces at the closest hits of rays. Returns an error if there are not as many
+    /// hits as rays, or if one is on nothing that the scene has.
+    pub fn surfaces(&self, rays: &RayBatch, hits: &Hits) -> Result<Surfaces, Error> {
+        let world = (&self.world, self.kernels.precision);
+        Ok(Surfaces::of(world, rays, hits)?)
+    }
+
+    /// Names an instance by its path, as `row.3/pawn.0`: names and numbers of what the file or the
+    /// program has placed, where it names them. `None` if the scene has no instance of this number.
+    pub fn instance_name(&self, instance: u64) -> Option<String> {
+        let World {
+            scene, instances, ..
+        } = &self.world;
+        (instance < instances.count()).then(|| instance_name(scene, instances, instance))
+    }
+
+    /// Returns a material's name, or its number as `material.7` if it has none. `None` if the
+    /// scene has no material of this number.
+    pub fn material_name(&self, material: MaterialId) -> Option<String> {
+        let materials = &self.world.scene.materials;
+        (material.index() < materials.len()).then(|| material_name(&self.world.scene, material))
     }
 
     /// Prepares the scene's solids for [spans](Solids::spans) of any number of lines. Returns an

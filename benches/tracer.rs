@@ -1,5 +1,5 @@
-//! Loads or builds a scene, traces a batch of rays, lists spans, and renders with a line per
-//! tile: the stable interface, and nothing else. Run it with
+//! Loads or builds a scene, traces a batch of rays, asks for surfaces, lists spans, and renders
+//! with a line per tile: the stable interface, and nothing else. Run it with
 //! `cargo run --release --example tracer -- scenes/csg_bracket.toml`.
 
 use lanecast::shapes::Sphere;
@@ -27,11 +27,17 @@ fn main() -> Result<(), Error> {
     // One ray, and what it passes through.
     let (org, dir) = rays.ray(8);
     if let Some(hit) = tracer.closest_one(org, dir) {
-        println!(
-            "the middle one hits instance {} at t = {}",
-            hit.instance, hit.t
-        );
+        let name = tracer.instance_name(hit.instance).unwrap_or_default();
+        println!("the middle one hits {name} at t = {}", hit.t);
     }
+    let surfaces = tracer.surfaces(&rays, &hits)?;
+    let material = surfaces.material[8].and_then(|id| tracer.material_name(id));
+    println!(
+        "there at {} with the normal {}, of the material {}",
+        surfaces.point[8],
+        surfaces.shading_normal[8],
+        material.as_deref().unwrap_or("default")
+    );
     for span in tracer.solids()?.spans(org, dir).rows {
         let (from, to) = (span.t_enter(), span.t_exit());
         println!(

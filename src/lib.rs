@@ -33,6 +33,9 @@
 //! # Ok::<(), lanecast::Error>(())
 //! ```
 //!
+//! What the fields of these values can be is in [`options`], [`tables`] and [`outputs`], and what
+//! errors say in [`errors`].
+//!
 //! The items below are the stable interface. `benches/tracer.rs` is an example that uses
 //! nothing else. The parts that they stand on are under [`internals`] and may change with any
 //! version.
@@ -46,7 +49,7 @@ pub use lanecast_model::scene::{
 pub use lanecast_engine::trace::{End, Span, Spans};
 pub use lanecast_model::plan::{Choices, Precision};
 pub use lanecast_picture::tracer::{
-    ColumnError, Error, Hit, Hits, RayBatch, Solids, SurfaceError, Surfaces, Tracer, TracerOptions,
+    Error, Hit, Hits, RayBatch, Solids, Surfaces, Tracer, TracerOptions,
 };
 // Pictures.
 pub use lanecast_io::{AovSet, Bits, Development, Picture, Tone};
@@ -60,6 +63,84 @@ pub mod shapes {
         Clip, Cone, Cuboid, Cylinder, Ellipsoid, Formula, HalfSpace, Implicit, LevelSet, Polygon,
         Prism, Quadric, Sphere, Tape,
     };
+}
+
+/// What can be asked for: the types of the fields of [`RenderConfig`], [`TracerOptions`],
+/// [`Choices`] and [`LoadOptions`].
+///
+/// ```
+/// use lanecast::options::{Accel, BuildQuality, Filter, Integrator, Sampler};
+/// use lanecast::shapes::Sphere;
+/// use lanecast::{Choices, DVec3, Edge, Material, RenderConfig, SceneBuilder, Tracer, TracerOptions};
+///
+/// // A matte ball that reflects half the light, under a white sky.
+/// let mut scene = SceneBuilder::default();
+/// let grey = scene.material("grey", Material::metallic_roughness([0.5; 3], 0.0, 1.0));
+/// let ball = scene.sphere("ball", Sphere { center: DVec3::ZERO, radius: 1.0 });
+/// scene.instance("", Edge::shape(ball).material(grey));
+/// scene.background([1.0; 3]);
+/// let scene = scene.finish()?;
+///
+/// let tracer = Tracer::new(&scene, &TracerOptions {
+///     choices: Choices { accel: Some(Accel::Kd), ..Choices::default() },
+///     build: BuildQuality::default(),
+/// })?;
+/// let picture = tracer.render(
+///     &RenderConfig {
+///         width: 32,
+///         height: 32,
+///         integrator: Integrator::Path,
+///         spp: 16,
+///         sampler: Sampler::Sobol,
+///         filter: Filter::Box,
+///         ..RenderConfig::default()
+///     },
+///     &Default::default(),
+///     &|_tile| (),
+/// )?;
+/// let [corner, middle] = [0, 16 * 32 + 16].map(|pixel| picture.color[pixel][0]);
+/// assert_eq!(corner, 1.0);
+/// assert!(middle > 0.4 && middle < 0.7);
+/// # Ok::<(), lanecast::Error>(())
+/// ```
+pub mod options {
+    // Of the tracer.
+    pub use lanecast_engine::accel::BuildQuality;
+    pub use lanecast_model::plan::{Accel, LaneCount};
+    // Of pictures.
+    pub use lanecast_engine::accel::{KdClip, KdQuality, KdStop};
+    pub use lanecast_engine::trace::Caching;
+    pub use lanecast_light::filter::Kind as Filter;
+    pub use lanecast_light::sampler::Kind as Sampler;
+    pub use lanecast_numerics::roots::Solver;
+    pub use lanecast_picture::render::{
+        Adaptive, Cost, Grid, Ground, IndirectCaching, Inspection, Integrator, TileOrder, Window,
+    };
+    // Of files.
+    pub use lanecast_io::{Curves, Given, ReadLog};
+    pub use lanecast_model::scene::{Hatch, Pace, Timeline};
+}
+
+/// The types of the fields of cameras, lights, materials, edges and ends of spans.
+pub mod tables {
+    pub use lanecast_model::scene::{
+        Calibration, Falloff, FisheyeMapping, Layers, Lens, MaterialId, Model, NodeId, Projection,
+        ShapeId, Target, TransformId,
+    };
+}
+
+/// The types of the fields of a [`Picture`].
+pub mod outputs {
+    pub use lanecast_io::{Attribute, Layer, Matte, Metadata};
+}
+
+/// The kinds of [`Error`].
+pub mod errors {
+    pub use lanecast_io::SaveError;
+    pub use lanecast_model::plan::PlanError;
+    pub use lanecast_model::scene::{Entity, EntityKind, SceneError, UnknownCamera};
+    pub use lanecast_picture::render::{ConfigError, RenderError, SliceError};
+    pub use lanecast_picture::tracer::{ColumnError, SurfaceError};
 }
 
 /// The parts of the tracer, for its tests and for people who study them: they may change with

@@ -54,8 +54,8 @@ pub use lanecast_picture::tracer::{
 // Pictures.
 pub use lanecast_io::{AovSet, Bits, Development, Picture, Tone};
 pub use lanecast_picture::render::{Backdrop, Exposure, FinishedTile, Progress, RenderConfig};
-// Vectors.
-pub use glam::DVec3;
+// Vectors, and maps for `SceneBuilder::transform`.
+pub use glam::{DAffine3, DVec3};
 
 /// Rows of the scene's tables: what a shape is made from.
 pub mod shapes {

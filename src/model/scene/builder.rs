@@ -21,9 +21,8 @@ pub use placed_file::{RowCounts, Surroundings};
 ///
 /// ```
 /// use glam::DVec3;
-/// use lanecast::geom::Sphere;
-/// use lanecast::math::Affine;
-/// use lanecast::scene::*;
+/// use lanecast_model::geom::Sphere;
+/// use lanecast_model::scene::*;
 ///
 /// let mut scene = SceneBuilder::default();
 /// let brass = scene.material("brass", Material::metallic_roughness([0.85, 0.65, 0.25], 1.0, 0.25));

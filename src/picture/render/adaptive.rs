@@ -280,7 +280,7 @@ impl Work {
 /// Returns the samples of the first pass: 64 at a noise of 0.01, as Cycles has it, so that
 /// little that is bright is missed by all of them.
 fn first_pass(noise: f32) -> u32 {
-    let samples = 16.0 / f64::from(noise).max(1e-4).powf(0.3);
+    let samples = 16.0 / libm::pow(f64::from(noise).max(1e-4), 0.3);
     (samples.ceil() as u32).next_power_of_two()
 }
 

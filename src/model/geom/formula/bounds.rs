@@ -26,7 +26,7 @@ pub fn bounds_of(formula: &Formula) -> Option<(Aabb, bool)> {
     let mut sign =
         |region: &[Interval; 3]| formula.evaluate(&region.map(Range::new), &mut kept).sign();
     let mut beyond = |power: i32| {
-        let reach = f64::from(power).exp2();
+        let reach = libm::ldexp(1.0, power);
         let ends = [
             Interval::new(f64::NEG_INFINITY, -reach),
             Interval::new(reach, f64::INFINITY),
@@ -49,7 +49,7 @@ pub fn bounds_of(formula: &Formula) -> Option<(Aabb, bool)> {
             None => low = middle + 1,
         }
     }
-    let reach = f64::from(high).exp2();
+    let reach = libm::ldexp(1.0, high);
     let mut region = [Interval::new(-reach, reach); 3];
     let mut left = (STEPS / formula.steps().len().max(1) as u64) as u32;
     for face in (0..6).chain(0..6) {

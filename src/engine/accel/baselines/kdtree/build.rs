@@ -82,7 +82,7 @@ pub fn build(primitives: &Primitives, quality: &KdQuality) -> (KdTree, Vec<u32>)
     events.sort_unstable();
     let extent = bounds.widened().max_abs();
     let corners = primitives.corners.unwrap_or_default().iter();
-    let least = (8.0 + 1.3 * (boxes.len().max(1) as f64).log2()) as u32;
+    let least = (8.0 + 1.3 * libm::log2(boxes.len().max(1) as f64)) as u32;
     let depth = quality.depth.unwrap_or(least).min(KdTree::MAX_DEPTH as u32);
     let measure = match Measure::Area.size(&bounds) > 0.0 {
         true => Measure::Area,

@@ -2,10 +2,20 @@
 
 use super::args::ConvertArgs;
 use super::error::CliError;
-use super::output::{Results, check_destinations, complain, printable_line};
+use super::output::{Results, Written, check_destinations, complain, printable_line};
 use super::{interrupt, scene};
 use lanecast_io::{NativeError, SaveError, native_scene};
+use serde::Serialize;
 use std::path::{Path, PathBuf};
+
+/// What `--json` gets.
+#[derive(Serialize)]
+struct Report {
+    scene: String,
+    files: Vec<Written>,
+    /// What the format has no words for, and was left out or changed.
+    warning: Option<String>,
+}
 
 pub fn run(args: &ConvertArgs) -> Result<(), CliError> {
     interrupt::end_at_signal();
@@ -20,7 +30,7 @@ pub fn run(args: &ConvertArgs) -> Result<(), CliError> {
     let mut outputs = check_destinations(
         &[&args.scene],
         std::slice::from_ref(&args.out),
-        [].into_iter(),
+        args.json.iter(),
     )?;
     // What the scene reads from there would be overwritten.
     outputs.push(folder.clone());
@@ -31,8 +41,13 @@ pub fn run(args: &ConvertArgs) -> Result<(), CliError> {
     files.extend(beside.map(|(name, bytes)| (folder.join(name), bytes)));
     let bytes: usize = files.iter().map(|(_, bytes)| bytes.len()).sum();
     let count = files.len();
+    let report = Report {
+        scene: args.scene.display().to_string(),
+        files: files.iter().map(Written::new).collect(),
+        warning: made.warning.clone(),
+    };
     let is_new = count > 1 && created(&folder)?;
-    let done = write(args, files);
+    let done = write(args, files, &report);
     if done.is_err() && is_new {
         // Only an empty folder can be removed so.
         let _ = std::fs::remove_dir(&folder);
@@ -63,12 +78,17 @@ fn created(folder: &Path) -> Result<bool, SaveError> {
 }
 
 /// Writes all files under temporary names.
-fn write(args: &ConvertArgs, files: Vec<(PathBuf, Vec<u8>)>) -> Result<Results, CliError> {
+fn write(
+    args: &ConvertArgs,
+    files: Vec<(PathBuf, Vec<u8>)>,
+    report: &Report,
+) -> Result<Results, CliError> {
     let names: Vec<PathBuf> = files.iter().map(|(path, _)| path.clone()).collect();
-    check_destinations(&[&args.scene], &names, [].into_iter())?;
+    check_destinations(&[&args.scene], &names, args.json.iter())?;
     let mut results = Results::default();
     for (path, bytes) in files {
         results.outputs.add(&path, bytes)?;
     }
+    results.add(&args.json, report)?;
     Ok(results)
 }

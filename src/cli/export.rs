@@ -2,11 +2,12 @@
 
 use super::args::{ExportArgs, RENDER_SIZE};
 use super::error::CliError;
-use super::output::{Results, Sink, check_destinations, complain, print, printable_line};
+use super::output::{Results, Sink, Written, check_destinations, complain, print, printable_line};
 use super::triangles::triangles;
 use super::{batch, interrupt, scene};
 use lanecast_io::{LoadError, MitsubaPicture, mitsuba_scene, pov_text, pov_warning};
 use lanecast_model::scene::{Camera, Instances, Lighting, Scene};
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// Exports a scene or a job; `render` is the definition of `lanecast render`.
@@ -16,7 +17,7 @@ pub fn run(args: &ExportArgs, render: clap::Command) -> Result<(), CliError> {
         return batch::export(&args.scene, sink, render);
     }
     let files: Vec<PathBuf> = args.mitsuba.iter().chain(&args.msh).cloned().collect();
-    let outputs = check_destinations(&[&args.scene], &files, args.pov.iter())?;
+    let outputs = check_destinations(&[&args.scene], &files, args.pov.iter().chain(&args.json))?;
     let scene = scene::load(&args.scene, &args.load_options(outputs))?;
     let size = args.size.unwrap_or(RENDER_SIZE);
     let aspect = f64::from(size.width) / f64::from(size.height);
@@ -56,6 +57,43 @@ pub fn run(args: &ExportArgs, render: clap::Command) -> Result<(), CliError> {
     }
 }
 
+/// What `--json` gets.
+#[derive(Serialize)]
+struct Report {
+    scene: String,
+    files: Vec<Written>,
+    /// What the other program does not have, or has in another way.
+    warning: Option<String>,
+}
+
+fn report(
+    args: &ExportArgs,
+    files: Vec<Written>,
+    warning: Option<String>,
+    results: &mut Results,
+) -> Result<(), CliError> {
+    let report = Report {
+        scene: args.scene.display().to_string(),
+        files,
+        warning,
+    };
+    results.add(&args.json, &report)
+}
+
+fn written(files: &[(PathBuf, Vec<u8>)]) -> Vec<Written> {
+    files.iter().map(Written::new).collect()
+}
+
+fn add_all(
+    files: impl IntoIterator<Item = (PathBuf, Vec<u8>)>,
+    results: &mut Results,
+) -> Result<(), CliError> {
+    for (path, bytes) in files {
+        results.outputs.add(&path, bytes)?;
+    }
+    Ok(())
+}
+
 fn msh(
     args: &ExportArgs,
     path: &Path,
@@ -69,26 +107,41 @@ fn msh(
             args.scene.display()
         )));
     }
-    if let Some(left_out) = left_out {
+    if let Some(left_out) = &left_out {
         complain(&format!("warning: {}: {left_out}", args.scene.display()));
     }
     let mut results = Results::default();
     set.save_into(path, &mut results.outputs)?;
+    // A header of three words, and three for each vertex and triangle.
+    let words = 3 + 3 * (set.positions.len() + set.triangles.len());
+    let file = Written {
+        path: path.display().to_string(),
+        bytes: words * size_of::<u32>(),
+    };
+    report(args, vec![file], left_out, &mut results)?;
     let name = printable_line(&path.display().to_string());
     results.commit(&format!("{name}: {} triangles\n", set.triangles.len()))
 }
 
 fn pov(args: &ExportArgs, scene: &Scene, camera: &Camera) -> Result<(), CliError> {
     let text = pov_text(scene, camera).map_err(|e| CliError::Usage(e.to_string()))?;
-    if let Some(warning) = pov_warning(scene, camera) {
+    let warning = pov_warning(scene, camera);
+    if let Some(warning) = &warning {
         complain(&format!("warning: {}: {warning}", args.scene.display()));
     }
     let Some(Sink::File(path)) = &args.pov else {
+        if args.json.is_some() {
+            return Err(CliError::Usage(
+                "--json tells of files, and --pov - writes none; name a file for --pov".into(),
+            ));
+        }
         return print(&text);
     };
     let bytes = text.len();
     let mut results = Results::default();
-    results.outputs.add(path, text.into_bytes())?;
+    let files = vec![(path.clone(), text.into_bytes())];
+    report(args, written(&files), warning, &mut results)?;
+    add_all(files, &mut results)?;
     let name = printable_line(&path.display().to_string());
     results.commit(&format!("{name}: {bytes} bytes\n"))
 }
@@ -111,9 +164,8 @@ fn mitsuba(
     let bytes: usize = files.iter().map(|(_, bytes)| bytes.len()).sum();
     let count = files.len();
     let mut results = Results::default();
-    for (path, bytes) in files {
-        results.outputs.add(&path, bytes)?;
-    }
+    report(args, written(&files), made.warning.clone(), &mut results)?;
+    add_all(files, &mut results)?;
     if let Some(warning) = made.warning {
         complain(&format!("warning: {}: {warning}", args.scene.display()));
     }

@@ -8,7 +8,38 @@ use super::render::check_alpha;
 use super::tile;
 use lanecast_io::{LoadError, Part, PartHeader, picture_files};
 use lanecast_picture::render::Merge;
+use serde::Serialize;
 use std::path::{Path, PathBuf};
+
+/// What `--json` gets.
+#[derive(Serialize)]
+struct Report {
+    files: Vec<String>,
+    width: u32,
+    height: u32,
+    parts: usize,
+    /// Samples per pixel of parts by samples; none of tiles.
+    samples: Option<u64>,
+}
+
+impl Report {
+    fn new(
+        files: &[PathBuf],
+        [width, height]: [u32; 2],
+        (parts, samples): (usize, Option<u64>),
+    ) -> Report {
+        Report {
+            files: files
+                .iter()
+                .map(|file| file.display().to_string())
+                .collect(),
+            width,
+            height,
+            parts,
+            samples,
+        }
+    }
+}
 
 pub fn run(args: &MergeArgs) -> Result<(), CliError> {
     let development = args.development.checked(&args.output)?;
@@ -18,7 +49,7 @@ pub fn run(args: &MergeArgs) -> Result<(), CliError> {
         .map(|(path, _)| path)
         .collect();
     let inputs: Vec<&Path> = args.parts.iter().map(PathBuf::as_path).collect();
-    check_destinations(&inputs, &files, std::iter::empty())?;
+    check_destinations(&inputs, &files, args.json.iter())?;
     let progress = interrupt::watch();
     if inputs.iter().all(|path| tile::is_tile(path)) {
         let (picture, of_tiles) = tile::joined(&inputs, &progress)?;
@@ -26,10 +57,16 @@ pub fn run(args: &MergeArgs) -> Result<(), CliError> {
         let files = picture_files(&args.output, picture.has_aovs());
         let files = files.map_err(|e| CliError::Usage(e.to_string()))?;
         let files: Vec<PathBuf> = files.into_iter().map(|(path, _)| path).collect();
-        check_destinations(&inputs, &files, std::iter::empty())?;
+        check_destinations(&inputs, &files, args.json.iter())?;
         let mut results = Results::default();
         let development = args.development.over(of_tiles);
         picture.save_into(&args.output, &development, &mut results.outputs)?;
+        let report = Report::new(
+            &files,
+            [picture.width, picture.height],
+            (inputs.len(), None),
+        );
+        results.add(&args.json, &report)?;
         interrupt::check(&progress)?;
         let names = files
             .iter()
@@ -68,6 +105,9 @@ pub fn run(args: &MergeArgs) -> Result<(), CliError> {
     let picture = merge.picture(header)?;
     let mut results = Results::default();
     picture.save_into(&args.output, &development, &mut results.outputs)?;
+    let size = [header.width, header.height];
+    let report = Report::new(&files, size, (parts.len(), Some(samples.into())));
+    results.add(&args.json, &report)?;
     interrupt::check(&progress)?;
     results.commit(&format!(
         "{}: {}x{}, {samples} spp of {} parts\n",

@@ -26,6 +26,22 @@ impl Sink {
     }
 }
 
+/// A file that a command has written, as `--json` tells it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Written {
+    pub path: String,
+    pub bytes: usize,
+}
+
+impl Written {
+    pub fn new((path, bytes): &(PathBuf, Vec<u8>)) -> Written {
+        Written {
+            path: path.display().to_string(),
+            bytes: bytes.len(),
+        }
+    }
+}
+
 /// Results collected until the end of the run. Files are committed together, and get
 /// their names after standard output has received its text.
 #[derive(Default)]

@@ -6,8 +6,9 @@
 use super::args::{BatchArgs, ThumbsArgs};
 use super::batch::{self, Shown, relative};
 use super::error::CliError;
-use super::output::{Results, complain, printable_line};
+use super::output::{Results, Sink, complain, printable_line};
 use lanecast_io::{Outputs, SaveError};
+use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io::Read;
@@ -62,7 +63,8 @@ pub fn run(args: &ThumbsArgs, render: clap::Command) -> Result<(), CliError> {
     let mut shown = Vec::new();
     let mut ended = Ok(());
     if let Some(job) = job {
-        let batch = BatchArgs::of_job(job, &args.out, args.threads, args.progress);
+        let mut batch = BatchArgs::of_job(job, &args.out, args.threads, args.progress);
+        batch.quiet = matches!(args.json, Some(Sink::Stdout));
         ended = batch::run(&batch, render.clone());
         if let Err(CliError::Stopped(_) | CliError::Save(_) | CliError::Input(_)) = &ended {
             return ended;
@@ -77,6 +79,7 @@ pub fn run(args: &ThumbsArgs, render: clap::Command) -> Result<(), CliError> {
     }));
     let mut results = Results::default();
     results.outputs.add(&index, page(&shown).into_bytes())?;
+    results.add(&args.json, &Report::new(&index, &shown))?;
     results.commit(&format!("{}: {} scenes\n", index.display(), shown.len()))?;
     match count {
         0 => ended,
@@ -85,6 +88,40 @@ pub fn run(args: &ThumbsArgs, render: clap::Command) -> Result<(), CliError> {
             shown.len(),
             index.display()
         )))),
+    }
+}
+
+/// What `--json` gets.
+#[derive(Serialize)]
+struct Report {
+    index: String,
+    scenes: Vec<Row>,
+}
+
+/// A scene that was found.
+#[derive(Serialize)]
+struct Row {
+    scene: String,
+    /// None if it could not be rendered.
+    picture: Option<String>,
+    /// Why it could not.
+    failure: Option<String>,
+}
+
+impl Report {
+    fn new(index: &Path, shown: &[Shown]) -> Report {
+        let row = |one: &Shown| Row {
+            scene: one.scene.display().to_string(),
+            picture: match one.failure {
+                None => Some(one.output.display().to_string()),
+                Some(_) => None,
+            },
+            failure: one.failure.clone(),
+        };
+        Report {
+            index: index.display().to_string(),
+            scenes: shown.iter().map(row).collect(),
+        }
     }
 }
 

@@ -41,3 +41,4 @@ mod tradeoff;
 mod verify;
 mod view;
 mod views;
+mod written;

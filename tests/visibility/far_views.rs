@@ -12,8 +12,8 @@ use lanecast::internals::scene::{
     Camera, Edge, Instances, MeshData, Operator, Scene, SceneBuilder,
 };
 use lanecast::internals::shade::Surface;
-use lanecast::internals::trace::HitId;
-use lanecast::{RayBatch, Tracer, TracerOptions};
+use lanecast::internals::trace::{HitId, TURNED};
+use lanecast::{Hit, RayBatch, Tracer, TracerOptions};
 
 const SIDE: u32 = 24;
 
@@ -36,10 +36,14 @@ fn compare(scene: &Scene, camera: Camera, what: &str) -> usize {
         let (org, dir) = rays.ray(row);
         let (org, dir) = (org.to_array(), dir.to_array());
         let (ours, truth) = (hits.get(row), reference.nearest(org, dir, f64::INFINITY));
-        let ids = |x: Option<(u64, u32)>| x;
+        // The engine's number of a surface says whether it is turned, too.
+        let numbered = |hit: &Hit| match hit.turned {
+            true => hit.primitive | TURNED,
+            false => hit.primitive,
+        };
         assert_eq!(
-            ids(ours.map(|hit| (hit.instance, hit.primitive))),
-            ids(truth.as_ref().map(|hit| (hit.instance, hit.primitive))),
+            ours.map(|hit| (hit.instance, numbered(&hit))),
+            truth.as_ref().map(|hit| (hit.instance, hit.primitive)),
             "{what}, pixel {row}"
         );
         let (Some(ours), Some(truth)) = (ours, truth) else {
@@ -48,7 +52,7 @@ fn compare(scene: &Scene, camera: Camera, what: &str) -> usize {
         count += 1;
         let id = HitId {
             instance: ours.instance,
-            primitive: ours.primitive,
+            primitive: numbered(&ours),
         };
         for precision in [Precision::Guarded, Precision::Exact] {
             let surface = Surface::at(&world, precision, org, dir, ours.t, id);

@@ -51,6 +51,9 @@ pub struct BatchArgs {
     /// Do a task that has ended the process before, and nothing else.
     #[arg(long, hide = true)]
     pub alone: bool,
+    /// Whether standard output is another's, and gets no summary.
+    #[arg(skip)]
+    pub quiet: bool,
 }
 
 /// Reads a number of bytes, or of thousands, millions or milliards of them.
@@ -91,6 +94,7 @@ impl BatchArgs {
             memory: None,
             progress,
             alone: false,
+            quiet: false,
         }
     }
 }

@@ -120,6 +120,9 @@ pub struct MergeArgs {
     /// .png, .jpg, .hdr or .exr
     #[arg(short, value_name = "FILE")]
     pub output: PathBuf,
+    /// Write machine-readable results; - is standard output
+    #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
+    pub json: Option<Sink>,
     #[command(flatten)]
     pub development: DevelopmentArgs,
 }
@@ -309,6 +312,9 @@ pub struct ConvertArgs {
     pub scene: PathBuf,
     /// .toml or .json; meshes go beside it, into the folder NAME_meshes
     pub out: PathBuf,
+    /// Write machine-readable results; - is standard output
+    #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
+    pub json: Option<Sink>,
     #[command(flatten)]
     pub import: ImportArgs,
 }
@@ -368,6 +374,9 @@ pub struct ExportArgs {
     /// Maximum number of bounces of Mitsuba's paths [default: 16, as of our own]
     #[arg(long, alias = "max-depth", value_name = "N", conflicts_with = "pov", value_parser = value_parser!(u32).range(0..=255))]
     pub max_bounces: Option<u32>,
+    /// Write machine-readable results; - is standard output
+    #[arg(long, value_name = "FILE", conflicts_with = "openjd", value_parser = Sink::parse)]
+    pub json: Option<Sink>,
     #[command(flatten)]
     pub view: ViewArgs,
     #[command(flatten)]

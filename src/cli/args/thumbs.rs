@@ -1,6 +1,7 @@
 //! Options of `thumbs`.
 
 use super::common::ProgressArgs;
+use crate::output::Sink;
 use clap::{Args, value_parser};
 use serde_json::{Map, Value};
 use std::path::PathBuf;
@@ -26,6 +27,9 @@ pub struct ThumbsArgs {
     /// Threads [default: all hardware threads]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
+    /// Write machine-readable results; - is standard output
+    #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
+    pub json: Option<Sink>,
     #[command(flatten)]
     pub progress: ProgressArgs,
 }

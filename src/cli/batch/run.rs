@@ -146,7 +146,7 @@ impl<'r> Run<'r> {
                 None => {}
             }
         }
-        if !self.args.json {
+        if !self.args.json && !self.args.quiet {
             let next = match self.tasks.dataset {
                 Some(_) => "; with --merge the files of the data set are written",
                 None => "",

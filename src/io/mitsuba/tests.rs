@@ -113,7 +113,7 @@ fn rectangles_and_discs_of_light_shine_along_their_normals() {
 #[test]
 fn what_is_similar_or_missing_is_counted() {
     let text = format!(
-        "{CAMERA}[[light]]\nspot = {{ position = [0, 4, 0], direction = [0, -1, 0], intensity = [1, 1, 1], angle = 60 }}\n\
+        "{CAMERA}[[light]]\nspot = {{ position = [0, 4, 0], direction = [0, -1, 0], intensity = [1, 1, 1], outer = 30 }}\n\
          [material.lamp]\nemission = [3, 3, 3]\n\
          [material.steel]\nmetallic = 1\nclearcoat = 0.5\n\
          [shape.egg]\nsphere = {{ center = [0, 0, 0], radius = 1 }}\n\

@@ -25,8 +25,8 @@ const HEIGHT: u32 = WIDTH / 2;
 pub fn sky(towards_sun: [f64; 3], turbidity: f64, ground_albedo: Rgb) -> (Environment, Light) {
     let [x, y, z] = towards_sun;
     let turbidity = turbidity.clamp(1.7, 10.0);
-    let flat = x.hypot(z);
-    let length = flat.hypot(y.max(0.0)).max(f64::MIN_POSITIVE);
+    let flat = libm::hypot(x, z);
+    let length = libm::hypot(flat, y.max(0.0)).max(f64::MIN_POSITIVE);
     let sun = [x / length, y.max(0.0) / length, z / length];
     let perez = Perez::new(sun[1].min(1.0), turbidity);
     let direct = sun_irradiance(sun[1], turbidity);

@@ -1,4 +1,5 @@
-//! The layers of the crates, their `unsafe`, and the entries of the top level.
+//! The layers of the crates, their `unsafe`, their elementary functions, and the entries of the top
+//! level.
 //!
 //! Imports are the paths behind `crate::` in the code of `src/`, in `use` lines and elsewhere;
 //! comments and strings are left out. `super::` is not followed: rows of the table are
@@ -535,4 +536,64 @@ fn licences_are_there() {
         let text = fs::read_to_string(Path::new(&root()).join(file)).unwrap();
         assert!(text.contains(line), "{file}");
     }
+}
+
+/// Functions of f32 and f64 that the platform's library computes, each in its own way. A lane's own
+/// `sin_cos` has no such name.
+const OF_THE_PLATFORM: [&str; 23] = [
+    "acos", "acosh", "asin", "asinh", "atan", "atan2", "atanh", "cbrt", "cos", "cosh", "exp",
+    "exp2", "exp_m1", "hypot", "ln", "ln_1p", "log", "log10", "log2", "powf", "sin", "sinh", "tan",
+];
+
+/// Whether numbers of this file come into pictures: not those of tests, of plots, nor of the
+/// reference, whose pictures nobody sees.
+fn makes_pictures(file: &str) -> bool {
+    let apart = ["src/reference/", "src/measure/"];
+    let is_test = |part: &str| part.contains("tests") || part.starts_with("test_");
+    !apart.iter().any(|folder| file.starts_with(folder))
+        && !file.split('/').any(is_test)
+        && file != "src/light/chi2.rs"
+}
+
+/// The calls of such functions in code, up to its tests.
+fn platform_calls(code: &str) -> Vec<String> {
+    let code = code.split("#[cfg(test)]").next().unwrap_or_default();
+    let calls = OF_THE_PLATFORM.iter().flat_map(|name| {
+        [
+            format!(".{name}("),
+            format!("f32::{name}"),
+            format!("f64::{name}"),
+        ]
+    });
+    let ends = |rest: &str| !rest.starts_with(is_word);
+    calls
+        .filter(|call| {
+            let found = code.match_indices(call.as_str());
+            found
+                .into_iter()
+                .any(|(at, _)| call.ends_with('(') || ends(&code[at + call.len()..]))
+        })
+        .collect()
+}
+
+/// Pictures have the same bits on every machine (docs/SPEC.md, S65).
+#[test]
+fn elementary_functions_are_those_of_libm() {
+    assert_eq!(platform_calls("let y = x.ln();"), [".ln("]);
+    assert_eq!(platform_calls("xs.map(f64::exp)"), ["f64::exp"]);
+    let fine = "libm::ln(x) + one.cos + f32::EPSILON + self.sin_cos()[0]\n#[cfg(test)]\nx.ln()";
+    assert!(platform_calls(fine).is_empty());
+    let faults: Vec<String> = sources(&["src"])
+        .iter()
+        .filter(|(file, _)| makes_pictures(file))
+        .flat_map(|(file, code)| {
+            let calls = platform_calls(code);
+            calls.into_iter().map(move |call| format!("{file}: {call}"))
+        })
+        .collect();
+    assert!(
+        faults.is_empty(),
+        "call libm instead:\n{}",
+        faults.join("\n")
+    );
 }

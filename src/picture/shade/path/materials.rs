@@ -149,7 +149,7 @@ impl Materials {
 impl Look {
     pub(super) fn new(material: Material) -> Look {
         let layers = &material.layers;
-        let absorb = |c: f32| -c.max(1e-6).ln() / layers.attenuation_distance;
+        let absorb = |c: f32| -libm::logf(c.max(1e-6)) / layers.attenuation_distance;
         Look {
             bsdf: Bsdf::new(&material),
             absorption: layers.attenuation_color.map(absorb),

@@ -98,7 +98,7 @@ pub fn parse_scale(text: &str) -> Result<f64, String> {
 /// Parses the path of a page, which must be a file.
 pub fn parse_page(text: &str) -> Result<PathBuf, String> {
     match text {
-        "-" => Err("a page goes to a file; name one, such as page.html".into()),
+        "-" => Err("this goes to a file, not to standard output; name one".into()),
         _ => Ok(text.into()),
     }
 }

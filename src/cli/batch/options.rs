@@ -146,6 +146,17 @@ mod tests {
     }
 
     #[test]
+    fn older_names_of_options_are_taken() {
+        let is = ["--max-depth=3", "--tone=agx"];
+        assert_eq!(of(json!({"max_depth": 3, "tone": "agx"})).unwrap(), is);
+        assert!(
+            RenderArgs::augment_args(Command::new("render"))
+                .try_get_matches_from(["render", is[0], is[1]])
+                .is_ok()
+        );
+    }
+
+    #[test]
     fn false_takes_an_option_out() {
         let none = json!({"noise": false, "variant": false, "clip": false, "ground": false});
         assert_eq!(of(none).unwrap(), [""; 0]);

@@ -38,6 +38,11 @@ const FEATURES: [(&str, bool); 6] = [
     ("view", cfg!(feature = "view")),
 ];
 
+/// Lists the features of cargo that are on.
+pub fn features() -> impl Iterator<Item = &'static str> {
+    FEATURES.iter().filter(|f| f.1).map(|f| f.0)
+}
+
 pub fn run(args: &VersionArgs) -> Result<(), CliError> {
     check_destinations(&[], &[], args.json.iter())?;
     let report = Report {
@@ -50,7 +55,7 @@ pub fn run(args: &VersionArgs) -> Result<(), CliError> {
             machine: isa::of_machine(),
         },
         lanes: plan::widths(),
-        features: FEATURES.iter().filter(|f| f.1).map(|f| f.0).collect(),
+        features: features().collect(),
     };
     let mut results = Results::default();
     results.add(&args.json, &report)?;

@@ -6,6 +6,7 @@
 //! change no bit and are in no key.
 
 use super::tasks::{Task, Tasks};
+use lanecast_model::plan::BITS;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::{BTreeSet, HashMap};
@@ -13,9 +14,6 @@ use std::fs::File;
 use std::io::{Error, Read};
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
-
-/// Which bits this program gives pictures: raised whenever the same scene gets others.
-const BITS: u32 = 1;
 
 /// Bytes that are read at a time.
 const BLOCK: usize = 1 << 16;

@@ -8,6 +8,7 @@ use super::key::{Hashes, Input, file_hash, key};
 use crate::error::CliError;
 use crate::output::complain;
 use crate::pipeline::isa;
+use crate::version::features;
 use lanecast_io::SaveError;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -85,11 +86,14 @@ pub struct Failure {
     pub again: bool,
 }
 
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Build {
     pub version: String,
     pub commit: String,
     pub isa: String,
+    /// Features of cargo.
+    #[serde(default)]
+    pub features: Vec<String>,
 }
 
 impl Build {
@@ -98,6 +102,7 @@ impl Build {
             version: env!("CARGO_PKG_VERSION").into(),
             commit: option_env!("LANECAST_COMMIT").unwrap_or("unknown").into(),
             isa: isa().into(),
+            features: features().map(str::to_owned).collect(),
         }
     }
 }
@@ -265,7 +270,10 @@ impl Known {
             (Status::Done, _) if last.outputs.iter().all(|o| is_there(folder, o, check)) => {
                 Standing::Done(Box::new(last.clone()))
             }
-            (Status::Failed, Some(error)) if !error.again => Standing::Failed(error.clone()),
+            // Another program may read what this one could not.
+            (Status::Failed, Some(error)) if !error.again && last.build == Build::of_this() => {
+                Standing::Failed(error.clone())
+            }
             _ => todo,
         }
     }

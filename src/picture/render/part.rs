@@ -15,7 +15,7 @@ use super::sums::plus;
 use super::tile::color_of;
 use super::{AovSet, Picture};
 use crate::io::{Part, PartHeader};
-use crate::plan::Precision;
+use crate::plan::{BITS, Precision};
 use crate::shade::RayCounts;
 use std::fmt::Write;
 use std::ops::Range;
@@ -119,7 +119,7 @@ fn picture_key(view: &View, config: &RenderConfig) -> u128 {
     // Writing to a hash cannot fail.
     let _ = write!(
         key,
-        "{} {:?} {:?} {:?} {:?}",
+        "{} {BITS} {:?} {:?} {:?} {:?}",
         env!("CARGO_PKG_VERSION"),
         *view.world.scene,
         view.lights,

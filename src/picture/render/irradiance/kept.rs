@@ -7,6 +7,7 @@
 use super::gather::{LEAST_WIDTHS, least_cosine};
 use super::{CacheCounts, IrradianceRecord};
 use crate::io::{LightRecords, LoadError, Outputs, RECORD_NUMBERS, RecordsOf, SaveError};
+use crate::plan::BITS;
 use crate::render::RenderConfig;
 use crate::render::camera::RayGenerator;
 use crate::render::part::{Key, showing_kernels};
@@ -20,9 +21,6 @@ use std::path::Path;
 /// Records serve no view whose pixels are so many times narrower where they lie than those that they
 /// were made for: no record is smaller than it was worth there.
 const MOST_NARROWER: f64 = 2.0;
-
-/// Raised whenever the same scene gets other records.
-const BITS: u32 = 1;
 
 /// Records of indirect light that outlast a picture.
 #[derive(Clone, Debug, Default)]

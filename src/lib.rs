@@ -117,7 +117,7 @@ pub mod options {
         Adaptive, Cost, Grid, Ground, IndirectCaching, Inspection, Integrator, TileOrder, Window,
     };
     // Of files.
-    pub use lanecast_io::{Curves, Given, ReadLog};
+    pub use lanecast_io::{Curves, Given, ReadLog, ZUp};
     pub use lanecast_model::scene::{Hatch, Pace, Timeline};
 }
 

@@ -71,7 +71,8 @@ pub fn run(
     let config = args.outputs.complete(config)?;
     if args.light.ground && loaded.moves() {
         return Err(CliError::Usage(
-            "--ground lies under things as they stand, and in this scene they move; leave it out"
+            "--ground lies under things as they stand before one camera, and in this scene they or the \
+             camera move; leave it out"
                 .into(),
         ));
     }
@@ -280,7 +281,7 @@ fn keeps_light(args: &RenderArgs, scene: &Scene, frames: usize) -> Result<bool, 
         )),
         (true, _) | (false, Some(false)) => Ok(false),
         (false, keep) => {
-            if keep.is_none() && frames > 1 {
+            if keep.is_none() && frames > 1 && !has_file {
                 complain(
                     "note: records of --cache are kept from frame to frame, so a frame that is rendered \
                      alone has other bits; with --cache-keep off it has the same",

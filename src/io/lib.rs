@@ -114,9 +114,8 @@ pub struct LoadOptions {
     /// The radius, in units of the file's world, of the balls that its points and the ends of its
     /// lines are drawn as; without one they are left out.
     pub point_radius: Option<f64>,
-    /// Whether z is up in a `.stl`, `.ply` or `.obj` file, which is turned about x then; these formats
-    /// do not say.
-    pub z_up: bool,
+    /// Which files are turned about x because z is up in them.
+    pub z_up: ZUp,
     /// How the curves of OpenSCAD's files are drawn.
     pub scad_curves: Curves,
     /// Half-spaces of the world that the scene is cut to.
@@ -127,6 +126,17 @@ pub struct LoadOptions {
     pub hatch: Option<Hatch>,
     /// What is known of the file that [`load`] is called with.
     pub given: Option<Given>,
+}
+
+/// Which files of the formats that do not say which way is up (`.stl`, `.ply`, `.obj`) have z up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ZUp {
+    #[default]
+    Never,
+    /// The file that is read; one of another format is refused.
+    Asked,
+    /// Every such file; those of other formats are read as they are.
+    WhereUnsaid,
 }
 
 /// Reads, checks and completes a scene file: `.toml`, `.json`, `.gltf`, `.glb`,
@@ -185,7 +195,8 @@ fn import(
         });
     }
     let format = options.format(path);
-    if options.z_up && !matches!(&*format, "stl" | "ply" | "obj") {
+    let is_unsaid = matches!(&*format, "stl" | "ply" | "obj");
+    if options.z_up == ZUp::Asked && !is_unsaid {
         return Err(LoadError::Unsupported {
             path: path.into(),
             what: "--z-up of a file that is no .stl, .ply or .obj".into(),
@@ -213,7 +224,7 @@ fn import(
         "stl" => stl::read(path, options, report).map(|mesh| add_mesh_instance(scene, &mesh)),
         other => Err(LoadError::unknown_format(path, other)),
     }?;
-    if options.z_up {
+    if options.z_up != ZUp::Never && is_unsaid {
         scene.place_roots(&y_from_z());
     }
     Ok(())

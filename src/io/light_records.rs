@@ -8,6 +8,7 @@
 //! A header must match the size of the file before memory is allocated, and every number is finite.
 
 use crate::shared::checksum::{eat, fnv};
+use crate::shared::folder::open_file;
 use crate::{LoadError, Outputs, SaveError};
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read};
@@ -148,15 +149,9 @@ fn open(path: &Path) -> Result<(RecordsOf, u32, u64, File), LoadError> {
         path: path.into(),
         source,
     };
-    // Opening a pipe would wait for its writer.
-    let about = std::fs::metadata(path).map_err(failed)?;
-    if !about.is_file() {
-        let message = "it is not a regular file";
-        return Err(failed(Error::new(ErrorKind::InvalidInput, message)));
-    }
-    let mut file = File::open(path).map_err(failed)?;
+    let (mut file, bytes_of_file) = open_file(path)?;
     let mut header = [0; HEADER];
-    let is_short = about.len() < HEADER as u64;
+    let is_short = bytes_of_file < HEADER as u64;
     if !is_short {
         file.read_exact(&mut header).map_err(failed)?;
     }
@@ -185,10 +180,10 @@ fn open(path: &Path) -> Result<(RecordsOf, u32, u64, File), LoadError> {
     };
     let (count, checksum) = (word(84), long(88));
     let size = HEADER as u64 + u64::from(count) * RECORD as u64;
-    if count > MOST_RECORDS || about.len() != size {
+    if count > MOST_RECORDS || bytes_of_file != size {
         let message = format!(
             "it has {} bytes, but {count} records take {size}",
-            about.len()
+            bytes_of_file
         );
         return Err(unfit(path, &message));
     }

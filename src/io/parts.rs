@@ -9,6 +9,7 @@
 //! memory is allocated.
 
 use crate::shared::checksum::{eat, fnv};
+use crate::shared::folder::open_file;
 use crate::{LoadError, Outputs, SaveError};
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read};
@@ -145,15 +146,9 @@ fn open(path: &Path) -> Result<(PartHeader, File), LoadError> {
         path: path.into(),
         source,
     };
-    // Opening a pipe would wait for its writer.
-    let about = std::fs::metadata(path).map_err(failed)?;
-    if !about.is_file() {
-        let message = "it is not a regular file";
-        return Err(failed(Error::new(ErrorKind::InvalidInput, message)));
-    }
-    let mut file = File::open(path).map_err(failed)?;
+    let (mut file, bytes_of_file) = open_file(path)?;
     let mut bytes = [0; HEADER];
-    if about.len() < HEADER as u64 {
+    if bytes_of_file < HEADER as u64 {
         let message = "it is too short for a part of a picture, as render --samples writes it";
         return Err(invalid(path, message));
     }
@@ -186,14 +181,12 @@ fn open(path: &Path) -> Result<(PartHeader, File), LoadError> {
         return Err(invalid(path, "its header is damaged; render it again"));
     }
     let size = HEADER as u64 + pixels * PIXEL as u64;
-    if about.len() != size {
+    if bytes_of_file != size {
         return Err(invalid(
             path,
             &format!(
                 "it has {} bytes, but {}x{} pixels take {size}; copy or render it again",
-                about.len(),
-                header.width,
-                header.height
+                bytes_of_file, header.width, header.height
             ),
         ));
     }

@@ -75,6 +75,40 @@ fn every_scene_has_a_picture_or_a_reason_on_the_page() {
 }
 
 #[test]
+fn z_up_turns_the_files_that_do_not_say() {
+    let folder = folder();
+    let path = folder.path();
+    fs::create_dir_all(path.join("parts")).unwrap();
+    // A mast, and a ball that no turn changes.
+    let mast = "v -1 0 0\nv 1 0 0\nv 0 0 9\nv 0 1 0\nf 1 2 3\nf 2 4 3\nf 4 1 3\n";
+    fs::write(path.join("parts/mast.obj"), mast).unwrap();
+    fs::write(path.join("parts/ball.toml"), BALL).unwrap();
+    let pictures = |out: &str, more: &[&str]| {
+        let line = [
+            &["thumbs", "parts", "--out", out, "--size=32x32", "--spp=1"],
+            more,
+        ]
+        .concat();
+        let done = lanecast(path, &line);
+        assert!(done.status.success(), "{}", stderr(&done));
+        ["ball.toml.png", "mast.obj.png"].map(|name| {
+            let picture = image::open(path.join(out).join("parts").join(name)).unwrap();
+            let covered = picture.to_rgba8();
+            let covered: Vec<_> = covered
+                .enumerate_pixels()
+                .filter(|(_, _, p)| p[3] > 0)
+                .collect();
+            let height = |y: u32| covered.iter().any(|(_, at, _)| *at == y);
+            (0..32).filter(|y| height(*y)).count()
+        })
+    };
+    let [ball, lying] = pictures("as_it_is", &[]);
+    let [same, standing] = pictures("turned", &["--z-up"]);
+    assert_eq!(ball, same);
+    assert!(standing > 20 && lying < standing - 5, "{standing} {lying}");
+}
+
+#[test]
 fn other_pages_and_empty_folders_are_left_alone() {
     let folder = folder();
     let path = folder.path();

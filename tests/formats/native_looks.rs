@@ -145,6 +145,14 @@ fn a_base_color_may_be_an_image() {
             "leave out one of them",
         ),
         ("base_color = {}", "the pattern is empty"),
+        (
+            "base_color = [1, 0, 0]\nalpha = 'blend'",
+            "base_color has no image; give it one, or opacity",
+        ),
+        (
+            "base_color = { texture = 't.png' }\nalpha_cutoff = 0.3",
+            "alpha_cutoff goes with alpha = \"mask\"",
+        ),
     ] {
         let said = read(material).unwrap_err().to_string();
         assert!(said.contains(says), "{material}: {said}");
@@ -162,6 +170,41 @@ fn a_material_that_stands_on_nothing_lights_nothing() {
         "[node.n]\nchildren = [{ shape = 'b', material = 'lamp' }]\n[[instance]]\nnode = 'n'\n",
         "[shape.u]\nunion = ['b', 'b']\nmaterial = 'lamp'\n[[instance]]\nshape = 'u'\n",
         "[shape.u]\nunion = ['b', { shape = 'b', material = 'lamp' }]\n[[instance]]\nshape = 'u'\n",
+    ] {
+        let lit = scene(&format!("{lamp}{part}"));
+        assert!(!lit.is_dark() && lit.has_soft_light(), "{part}");
+    }
+}
+
+/// A black picture of a scene that counts as lit would be all that its author gets.
+#[test]
+fn a_material_that_is_nowhere_to_be_seen_lights_nothing() {
+    let lamp = "[material.lamp]\nemission = [1, 1, 1]\n[material.grey]\nbase_color = [0.5, 0.5, 0.5]\n\
+                [[instance]]\nshape = 'b'\n";
+    for part in [
+        // Nothing places it.
+        "[node.n]\nchildren = [{ shape = 'b', material = 'lamp' }]\n",
+        "[shape.u]\nunion = ['b', { shape = 'b', material = 'lamp' }]\n",
+        // Another replaces it: nearer ones, that of the whole solid, that of the placement.
+        "[node.n]\nchildren = [{ shape = 'b', material = 'grey' }]\n\
+         [[instance]]\nnode = 'n'\nmaterial = 'lamp'\n",
+        "[shape.u]\nunion = ['b', { shape = 'b', material = 'lamp' }]\nmaterial = 'grey'\n\
+         [[instance]]\nshape = 'u'\n",
+        "[shape.u]\nunion = ['b', { shape = 'b', material = 'lamp' }]\n\
+         [[instance]]\nshape = 'u'\nmaterial = 'grey'\n",
+        "[shape.u]\nunion = ['b', 'b']\nmaterial = 'grey'\n\
+         [shape.v]\nunion = ['b', { shape = 'u', material = 'lamp' }]\n[[instance]]\nshape = 'v'\n",
+    ] {
+        let dark = scene(&format!("{lamp}{part}"));
+        assert!(dark.is_dark() && !dark.has_soft_light(), "{part}");
+    }
+    for part in [
+        "[node.n]\nchildren = [{ shape = 'b', material = 'grey' }, { shape = 'b' }]\n\
+         [[instance]]\nnode = 'n'\nmaterial = 'lamp'\n",
+        "[node.n]\nchildren = [{ shape = 'b', material = 'lamp' }]\n\
+         [[instance]]\nnode = 'n'\nmaterial = 'grey'\n",
+        "[shape.u]\nunion = ['b', { shape = 'b', material = 'lamp' }]\n\
+         [shape.v]\nunion = ['b', { shape = 'u', material = 'grey' }]\n[[instance]]\nshape = 'v'\n",
     ] {
         let lit = scene(&format!("{lamp}{part}"));
         assert!(!lit.is_dark() && lit.has_soft_light(), "{part}");

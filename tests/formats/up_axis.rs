@@ -1,6 +1,6 @@
 //! Formats that do not say which way is up take z for it when asked.
 
-use lanecast::internals::io::{LoadOptions, load};
+use lanecast::internals::io::{LoadOptions, ZUp, load};
 use lanecast::internals::scene::Instances;
 
 #[test]
@@ -19,7 +19,11 @@ fn z_up_turns_what_does_not_say() {
     for (name, text) in [("a.stl", stl), ("a.ply", ply), ("a.obj", obj)] {
         let path = folder.path().join(name);
         std::fs::write(&path, text).unwrap();
-        for (z_up, expected) in [(false, [0.0, 1.0, 5.0]), (true, [0.0, 5.0, -1.0])] {
+        for (z_up, expected) in [
+            (ZUp::Never, [0.0, 1.0, 5.0]),
+            (ZUp::Asked, [0.0, 5.0, -1.0]),
+            (ZUp::WhereUnsaid, [0.0, 5.0, -1.0]),
+        ] {
             let scene = load(&path, &options(z_up)).unwrap().scene;
             let all = Instances::of(&scene).unwrap();
             let placed: Vec<_> = all.iter(&scene).map(|row| row.world_from_object).collect();
@@ -29,7 +33,7 @@ fn z_up_turns_what_does_not_say() {
     }
     let path = folder.path().join("a.toml");
     std::fs::write(&path, "format = 1\n").unwrap();
-    let said = load(&path, &options(true)).unwrap_err().to_string();
+    let said = load(&path, &options(ZUp::Asked)).unwrap_err().to_string();
     assert!(
         said.contains("--z-up of a file that is no .stl, .ply or .obj"),
         "{said}"

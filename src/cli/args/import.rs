@@ -1,10 +1,10 @@
 //! Options of reading scene files.
 
-use super::values::{one_of, parse_positive, parse_scad_curves};
+use super::values::{one_of, parse_positive, parse_scad_curves, parse_z_up};
 use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use glam::DVec3;
-use lanecast_io::{Curves, FORMATS, Given, LoadOptions};
+use lanecast_io::{Curves, FORMATS, Given, LoadOptions, ZUp};
 use lanecast_model::geom::HalfSpace;
 use lanecast_model::scene::Hatch;
 use std::path::PathBuf;
@@ -25,10 +25,11 @@ pub struct ImportArgs {
     /// radius, in units of the file [default: they are left out]
     #[arg(long, value_name = "R", value_parser = parse_positive)]
     pub point_radius: Option<f64>,
-    /// Take z for up in a .stl, .ply or .obj file, and turn it about x [default: y is up; .scad, .csg and
-    /// .3mf files are turned without being asked]
-    #[arg(long)]
-    pub z_up: bool,
+    /// Take z for up in a .stl, .ply or .obj file, and turn it about x; --z-up=unsaid reads files of other
+    /// formats as they are [default: y is up; .scad, .csg and .3mf files are turned without being asked]
+    #[arg(long, value_name = "FILES", num_args = 0..=1, require_equals = true, default_missing_value = "asked",
+          value_parser = parse_z_up)]
+    pub z_up: Option<ZUp>,
     /// Curves of OpenSCAD's files: exact (polygons where $fn is 12 or less) or facets (as
     /// OpenSCAD makes them) [default: exact]
     #[arg(long, value_name = "CURVES", value_parser = parse_scad_curves)]
@@ -49,7 +50,7 @@ impl ImportArgs {
             allow_outside: self.allow_outside,
             outputs,
             point_radius: self.point_radius,
-            z_up: self.z_up,
+            z_up: self.z_up.unwrap_or_default(),
             scad_curves: self.scad_curves.unwrap_or_default(),
             clip: self.clip.clone(),
             hatch: self.hatch,

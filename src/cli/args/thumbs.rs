@@ -24,6 +24,10 @@ pub struct ThumbsArgs {
     /// Samples per pixel
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = value_parser!(u32).range(1..=65_536))]
     pub spp: u32,
+    /// Take z for up in .stl, .ply and .obj files, as drawings for printing have it [default: y is up; .scad,
+    /// .csg and .3mf files are turned without being asked]
+    #[arg(long)]
+    pub z_up: bool,
     /// Threads [default: all hardware threads]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
@@ -42,7 +46,8 @@ impl ThumbsArgs {
             ("background", self.background.clone().into()),
             ("spp", self.spp.into()),
         ];
-        let options = options.into_iter();
+        let z_up = self.z_up.then(|| ("z-up", "unsaid".into()));
+        let options = options.into_iter().chain(z_up);
         options
             .map(|(name, value)| (name.to_owned(), value))
             .collect()

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use lanecast_engine::accel::{BuildQuality, KdClip, KdStop};
 use lanecast_engine::trace::{Caching, Reuse};
-use lanecast_io::{Bits, Curves, Tone};
+use lanecast_io::{Bits, Curves, Tone, ZUp};
 use lanecast_measure::extremes::{SWEEPS, Sweep};
 use lanecast_measure::generate::Generated;
 use lanecast_measure::ray_kinds::{Kind, Order};
@@ -153,6 +153,10 @@ pub fn parse_precision(text: &str) -> Result<Precision, String> {
             ("exact", Precision::Exact),
         ],
     )
+}
+
+pub fn parse_z_up(text: &str) -> Result<ZUp, String> {
+    one_of(text, &[("asked", ZUp::Asked), ("unsaid", ZUp::WhereUnsaid)])
 }
 
 pub fn parse_scad_curves(text: &str) -> Result<Curves, String> {

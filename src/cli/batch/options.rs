@@ -78,6 +78,9 @@ pub fn arguments(options: &Map<String, Value>, render: &Command) -> Result<Vec<S
                 arguments.push(format!("--{name}={}", if *is_on { "on" } else { "off" }));
             }
             Value::Bool(false) => {}
+            Value::Bool(true) if arg.get_num_args().is_some_and(|n| n.min_values() == 0) => {
+                arguments.push(format!("--{name}"));
+            }
             Value::Bool(true) => {
                 return Err(format!(
                     "{key} takes a value; write it, or false to leave the option out"

@@ -331,9 +331,12 @@ impl Writer<'_> {
                 intensity,
                 inner,
                 outer,
-                ..
+                radius,
             } => {
                 self.notes.similar("spot light, whose rim fades linearly");
+                if *radius > 0.0 {
+                    self.notes.missing("radius of a spot light");
+                }
                 let forward = direction.normalize();
                 let (x, y) = forward.any_orthonormal_pair();
                 format!(

@@ -58,6 +58,28 @@ pub(super) fn textures(
 ) -> Result<(), LoadError> {
     let [pattern, roughness] = lower_pattern::patterns(source, row, scene)?;
     let has_patterns = pattern.is_some() || roughness.is_some();
+    let has_color = own_image(row).is_some()
+        || row.base_color_texture.is_some()
+        || row.vertex_colors == Some(true);
+    match (&row.alpha, &row.alpha_cutoff) {
+        (Some(alpha), _) if !has_color => {
+            let message = "alpha is what the alpha of an image does, and base_color has no image; give \
+                           it one, or opacity instead";
+            return Err(source.error(alpha.at, message));
+        }
+        (
+            None
+            | Some(At {
+                value: AlphaMode::Blend,
+                ..
+            }),
+            Some(cutoff),
+        ) => {
+            let message = "alpha_cutoff goes with alpha = \"mask\"";
+            return Err(source.error(cutoff.at, message));
+        }
+        _ => {}
+    }
     if !has_textures(row) && !has_patterns {
         return Ok(());
     }
@@ -91,9 +113,9 @@ pub(super) fn textures(
             refs.push((slot, one(source, texture, used, files, scene)?));
         }
     }
-    let cutoff = row.alpha_cutoff.unwrap_or(0.5);
+    let cutoff = row.alpha_cutoff.as_ref().map_or(0.5, |at| at.value);
     let texturing = Texturing {
-        alpha: match row.alpha {
+        alpha: match row.alpha.as_ref().map(|at| at.value) {
             None => Alpha::Opaque,
             Some(AlphaMode::Blend) => Alpha::Blend,
             Some(AlphaMode::Mask) => Alpha::Mask(cutoff),

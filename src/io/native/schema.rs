@@ -128,9 +128,9 @@ pub struct Material {
     pub emission_texture: Option<Texture>,
     /// What the image's alpha does: `mask` shows the surface where it is no less than
     /// `alpha_cutoff`, `blend` takes it for `opacity`. Nothing if absent.
-    pub alpha: Option<AlphaMode>,
+    pub alpha: Option<At<AlphaMode>>,
     /// 0.5 if absent.
-    pub alpha_cutoff: Option<f32>,
+    pub alpha_cutoff: Option<At<f32>>,
     /// Lets the colours of a mesh's vertices scale `base_color`; false if absent.
     pub vertex_colors: Option<bool>,
 }

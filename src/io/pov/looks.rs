@@ -84,12 +84,27 @@ fn camera(text: &mut String, camera: &Camera) {
 /// Lists what the text does not say of a scene's looks, in the words of the scene format.
 pub(super) fn losses(scene: &Scene, camera: &Camera) -> Vec<&'static str> {
     let some = |is: fn(&Material) -> bool| scene.materials.rows.iter().any(is);
+    let lights = |is: fn(&Light) -> bool| scene.lights.iter().any(is);
     let lens = camera.lens.filter(|lens| lens.radius > 0.0);
     let fisheye = |at: FisheyeMapping| matches!(camera.projection, Projection::Fisheye { mapping, .. } if mapping == at);
     let distorted = matches!(camera.projection,
         Projection::Calibrated(k) if k.distortion != [0.0; 5]);
     let all = [
         ("environment", scene.environment.is_some()),
+        (
+            "radius of lights, which shine from their centres",
+            lights(
+                |light| matches!(*light, Light::Point { radius, .. } | Light::Spot { radius, .. } if radius > 0.0),
+            ),
+        ),
+        (
+            "angle of suns, whose shadows are hard",
+            lights(|light| matches!(*light, Light::Directional { angle, .. } if angle > 0.0)),
+        ),
+        (
+            "light of materials that shine, on others",
+            some(|m| m.emission != [0.0; 3]),
+        ),
         ("distortion", distorted),
         ("equisolid", fisheye(FisheyeMapping::Equisolid)),
         (

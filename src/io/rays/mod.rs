@@ -9,9 +9,10 @@
 //! Indices and numbers are checked here, once.
 
 use crate::Outputs;
+use crate::shared::folder::open_file;
 use crate::{LoadError, SaveError};
 use std::fs::File;
-use std::io::{Error, ErrorKind, Read};
+use std::io::{ErrorKind, Read};
 use std::path::Path;
 
 /// Rays in columns. A hit counts if `t_min < t < t_max`, where t is in lengths of `dir`.
@@ -228,25 +229,8 @@ struct Counted<'a> {
 impl<'a> Counted<'a> {
     /// Opens a regular file.
     fn open(path: &'a Path) -> Result<Counted<'a>, LoadError> {
-        let failed = |source| LoadError::Read {
-            path: path.into(),
-            source,
-        };
-        // The kind is checked before the file is opened, since opening a pipe waits for its
-        // writer.
-        let about = std::fs::metadata(path).map_err(failed)?;
-        if !about.is_file() {
-            return Err(failed(Error::new(
-                ErrorKind::InvalidInput,
-                "it is not a regular file",
-            )));
-        }
-        let file = File::open(path).map_err(failed)?;
-        Ok(Counted {
-            path,
-            file,
-            left: about.len(),
-        })
+        let (file, left) = open_file(path)?;
+        Ok(Counted { path, file, left })
     }
 
     /// Reads the magic and the counts that follow it.

@@ -5,6 +5,7 @@
 
 use crate::{LoadError, LoadOptions};
 use std::collections::BTreeSet;
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -137,10 +138,20 @@ impl Folder {
 /// Reads all bytes of a regular file. Refuses folders, pipes and devices, some of which
 /// never end.
 pub fn read_file(path: &Path) -> Result<Vec<u8>, LoadError> {
+    open_file(path)?;
+    std::fs::read(path).map_err(|source| LoadError::Read {
+        path: path.into(),
+        source,
+    })
+}
+
+/// Opens a regular file, and returns its number of bytes beside it. Fails as [`read_file`] does.
+pub fn open_file(path: &Path) -> Result<(File, u64), LoadError> {
     let failed = |source| LoadError::Read {
         path: path.into(),
         source,
     };
+    // The kind is checked before the file is opened, since opening a pipe waits for its writer.
     let about = std::fs::metadata(path).map_err(failed)?;
     if !about.is_file() {
         return Err(failed(std::io::Error::new(
@@ -148,5 +159,5 @@ pub fn read_file(path: &Path) -> Result<Vec<u8>, LoadError> {
             "it is not a regular file",
         )));
     }
-    std::fs::read(path).map_err(failed)
+    Ok((File::open(path).map_err(failed)?, about.len()))
 }

@@ -245,11 +245,13 @@ impl Base {
     /// Returns the command line of `probe` that tells of this ray; empty for the built-in scene,
     /// which `probe` cannot name.
     pub fn probe_command(&self, org: DVec3, dir: DVec3) -> String {
-        const SHARED: [(&str, bool); 6] = [
+        const SHARED: [(&str, bool); 7] = [
             ("--format", true),
             ("--allow-outside", false),
             ("--point-radius", true),
             ("--scad-curves", true),
+            // Its value, if it has one, stands behind `=`.
+            ("--z-up", false),
             ("--clip", true),
             ("--hatch", true),
         ];

@@ -6,7 +6,6 @@ use crate::scene::{
     Calibration, Lens, Light, Material, Model, Projection, Shutter, ShutterShape, Tables,
 };
 use glam::DVec3;
-use std::f64::consts::FRAC_PI_2;
 
 pub(super) fn materials(scene: &Tables) -> Result<(), SceneError> {
     for (i, m) in scene.materials.rows.iter().enumerate() {
@@ -63,7 +62,7 @@ pub(super) fn materials(scene: &Tables) -> Result<(), SceneError> {
             &layers.diffuse_transmission_color,
         )?;
         for share in layers.attenuation_color {
-            fraction("attenuation_color", share)?;
+            fraction("attenuation.color", share)?;
         }
         colors("dispersion", &[layers.dispersion])?;
         // The indices of red and blue are as far from that of green.
@@ -82,7 +81,7 @@ pub(super) fn materials(scene: &Tables) -> Result<(), SceneError> {
             &[f64::from(layers.anisotropy_rotation)],
         )?;
         for (field, value) in [
-            ("attenuation_distance", layers.attenuation_distance),
+            ("attenuation.distance", layers.attenuation_distance),
             ("iridescence_ior", layers.iridescence_ior),
         ] {
             require(value > 0.0, what, field, f64::from(value), "greater than 0")?;
@@ -195,8 +194,10 @@ fn one_light(i: usize, light: &Light) -> Result<(), SceneError> {
             finite3(what, "position", *position)?;
             directed(*direction)?;
             radius(*size)?;
-            sized("outer", *outer, FRAC_PI_2, "between 0 and 90 degrees")?;
-            sized("inner", *inner, *outer, "between 0 and the outer angle")?;
+            // Files give degrees.
+            let (inner, outer) = (inner.to_degrees(), outer.to_degrees());
+            sized("outer", outer, 90.0, "between 0 and 90 degrees")?;
+            sized("inner", inner, outer, "between 0 and the outer angle")?;
             ("intensity", intensity)
         }
         Light::Directional {
@@ -205,7 +206,8 @@ fn one_light(i: usize, light: &Light) -> Result<(), SceneError> {
             angle,
         } => {
             directed(*direction)?;
-            sized("angle", *angle, FRAC_PI_2, "between 0 and 180 degrees")?;
+            let whole = 2.0 * angle.to_degrees();
+            sized("angle", whole, 180.0, "between 0 and 180 degrees")?;
             ("irradiance", irradiance)
         }
         Light::Rectangle {

@@ -146,7 +146,7 @@ fn wrong_values_name_material_and_extension() {
         (
             "volume",
             json!({"thicknessFactor": 1.0, "attenuationDistance": 0.0}),
-            "attenuation_distance",
+            "attenuation.distance",
         ),
     ] {
         let mut extensions = json!({});

@@ -228,6 +228,8 @@ pub fn run(
             rays: rendered.counts,
             temporal_bounds: memory.counts(),
             cache: rendered.cache,
+            mean_spp: rendered.reached.map(|reached| reached.mean_samples),
+            noisy: rendered.reached.map(|reached| reached.noisy),
         });
         kept = Some(world.keep());
     }
@@ -240,7 +242,7 @@ pub fn run(
     interrupt::check(&progress)?;
     let shown = |path: &PathBuf| printable_line(&path.display().to_string());
     results.commit(&format!(
-        "{}: {} of {}x{}{}, {} rays in {:.3} s, {}\n",
+        "{}: {} of {}x{}{}{}, {} rays in {:.3} s, {}\n",
         match &files[..shown_files] {
             [one] => shown(one),
             [first, .., last] => format!("{} … {}", shown(first), shown(last)),
@@ -252,6 +254,7 @@ pub fn run(
         },
         config.width,
         config.height,
+        noise_of(&stats.frames, config),
         records_of(&stats.frames),
         stats.rays.total(),
         stats.seconds("render"),
@@ -269,7 +272,16 @@ fn keeps_light(args: &RenderArgs, scene: &Scene, frames: usize) -> Result<bool, 
     let moves = !scene.transforms.motions.is_empty()
         || !scene.deformations.is_empty()
         || !scene.light_motions.is_empty();
+    // The studio stands as the camera does.
+    let turns = scene.is_dark() && !scene.cameras.motions.is_empty();
     match (moves, args.light.cache_keep) {
+        (false, keep) if turns && (has_file || keep == Some(true)) => Err(CliError::Usage(
+            "records of light are kept where the light stays, and the studio of this scene, which has no \
+             light, turns with the camera; give the scene a light, or leave out --cache-file and \
+             --cache-keep"
+                .into(),
+        )),
+        (false, None) if turns => Ok(false),
         (true, None) if has_file => Err(CliError::Usage(
             "--cache-file is of a scene at rest, and in this one more moves than the camera; leave it out"
                 .into(),
@@ -289,6 +301,22 @@ fn keeps_light(args: &RenderArgs, scene: &Scene, frames: usize) -> Result<bool, 
             }
             Ok(true)
         }
+    }
+}
+
+/// Tells of the frame that is the noisiest, where noise was asked for.
+fn noise_of(frames: &[FrameStats], config: &RenderConfig) -> String {
+    let noisy = frames.iter().filter_map(|of| Some((of.noisy?, of.frame)));
+    let worst = noisy.max_by(|(a, _), (b, _)| a.total_cmp(b));
+    match (worst, config.adaptive) {
+        (Some((0.0, _)), Some(adaptive)) => format!(", noise below {}", adaptive.noise),
+        (Some((share, frame)), Some(adaptive)) => format!(
+            ", noise above {} in up to {:.1} % of a picture (frame {frame}) at --max-spp {}",
+            adaptive.noise,
+            share * 100.0,
+            adaptive.most()
+        ),
+        _ => String::new(),
     }
 }
 

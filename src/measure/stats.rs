@@ -61,6 +61,12 @@ pub struct FrameStats {
     pub temporal_bounds: TemporalCounts,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cache: Option<CacheCounts>,
+    /// What `--noise` came to: the mean of samples a pixel, and the share of the picture that is noisier
+    /// than was asked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mean_spp: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noisy: Option<f64>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]

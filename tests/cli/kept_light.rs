@@ -213,6 +213,10 @@ fn records_of_a_studio_are_of_one_view() {
     succeeds(path, "turned.toml --frames 2 -o a.exr --cache-keep off");
     assert_eq!(counts(&stats(path, "k.json")["frames"][1])[1], 0);
     assert!(bytes(path, "k_0001.exr") == bytes(path, "a_0001.exr"));
+    for option in ["--cache-file c", "--cache-keep on"] {
+        let line = format!("turned.toml --frames 2 {option} -o y.exr");
+        refused(path, &line, 2, "turns with the camera");
+    }
 }
 
 #[test]

@@ -114,3 +114,26 @@ fn options_that_change_nothing_are_told() {
     ];
     assert_eq!(said("s.stl", &mattes), "");
 }
+
+#[test]
+fn a_sequence_says_what_noise_is_left() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("ball.toml"), BALL).unwrap();
+    let said = |noise: &str, most: &str| {
+        let line = format!(
+            "render ball.toml --size 16x16 --frames 2 --integrator path --noise {noise} --max-spp {most} \
+             -o f.png --stats s.json"
+        );
+        let done = lanecast(path, &line.split_whitespace().collect::<Vec<_>>());
+        assert!(done.status.success(), "{}", stderr(&done));
+        let stats = fs::read_to_string(path.join("s.json")).unwrap();
+        assert_eq!(stats.matches("\"noisy\"").count(), 2, "{stats}");
+        crate::run::stdout(&done).to_owned() + stderr(&done)
+    };
+    let left = said("0.0001", "16");
+    assert!(left.contains("noise above 0.0001 in up to"), "{left}");
+    assert!(left.contains("of a picture (frame "), "{left}");
+    let none = said("0.9", "64");
+    assert!(none.contains("noise below 0.9"), "{none}");
+}

@@ -107,9 +107,6 @@ impl Server {
 
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// How long an edit may take to show where other tests run; `.ci/view` asks for less than a second.
-const SOON: Duration = Duration::from_secs(5);
-
 struct Page {
     socket: WebSocket<TcpStream>,
     asked: u64,
@@ -493,6 +490,7 @@ fn a_click_tells_what_probe_tells() {
     }
 }
 
+/// How soon is for `.ci/view` to say.
 #[test]
 fn an_edit_shows_and_a_broken_one_tells_where() {
     let folder = with_scene(BALL);
@@ -502,16 +500,13 @@ fn an_edit_shows_and_a_broken_one_tells_where() {
     let (_, red, _) = page.picture(&json!({"size": "64x48"}));
 
     // Breaks a line, and mends it in another colour.
-    let start = Instant::now();
     fs::write(&file, BALL.replace("radius = 1 }", "radius = -1 }")).unwrap();
     let (said, _) = page.wait(|(said, _)| said["kind"] == "scene" && said["revision"] == 1);
     let error = said["error"].as_str().unwrap();
     assert!(error.contains("a.toml:10:8:"), "{error}");
-    assert!(start.elapsed() < SOON);
     let (_, still, _) = page.picture(&json!({"size": "64x48"}));
     assert!(still == red);
 
-    let start = Instant::now();
     fs::write(&file, BALL.replace("[1, 0, 0]", "[0, 1, 0]")).unwrap();
     let (said, _) = page.wait(|(said, _)| said["kind"] == "scene");
     assert_eq!(
@@ -519,7 +514,6 @@ fn an_edit_shows_and_a_broken_one_tells_where() {
         (&json!(2), &Value::Null)
     );
     let (_, green) = page.wait(|(said, _)| said["is_final"] == true);
-    assert!(start.elapsed() < SOON);
     assert!(green != red);
     assert!(green == page.picture(&json!({"size": "64x48"})).1);
 

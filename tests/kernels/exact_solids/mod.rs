@@ -257,7 +257,7 @@ fn solids_are_met_as_in_exact_arithmetic() {
     assert!(seen.kinds.iter().all(|n| *n > count * 3 / 200), "{seen:?}");
     assert!(seen.sorts.iter().all(|n| *n > count * 3 / 200), "{seen:?}");
     // A half-space has no twins.
-    assert!(seen.twins[1..].iter().all(|n| *n > count / 400), "{seen:?}");
+    assert!(seen.twins[1..].iter().all(|n| *n > count / 800), "{seen:?}");
     assert!(seen.orders.iter().all(|n| *n > count / 4), "{seen:?}");
     assert!(seen.facets.iter().all(|n| *n > count / 400), "{seen:?}");
 }

@@ -111,7 +111,7 @@ fn nothing_is_left_of_a_torus_without_itself() {
     for (turn, offset) in TURNS.into_iter().flat_map(|t| OFFSETS.map(|o| (t, o))) {
         for (kind, leaf) in tori.into_iter().enumerate() {
             let center = center(offset);
-            let rays = rays_about(&mut Random(kind as u64), center, 80);
+            let rays = rays_about(&mut Random(kind as u64), center, 40);
             let context = format!("{turn:?} {offset} {leaf:?}");
             for operator in [Difference, Xor] {
                 let asked = csg(operator, &[leaf, leaf], turn, center);
@@ -122,7 +122,7 @@ fn nothing_is_left_of_a_torus_without_itself() {
                     let ray = skin.map(|i| (rays.ray(i), answers[i]));
                     assert_eq!(ray, None, "{operator:?} {precision:?} {context}");
                 }
-                assert!(agree(&asked, &some(&rays, 40)).iter().all(Option::is_none));
+                assert!(agree(&asked, &some(&rays, 20)).iter().all(Option::is_none));
             }
             let alone = Asked::one(|scene| leaf.moved(center).add(scene, 1.0));
             let both = csg(Intersection, &[leaf, leaf], turn, center);
@@ -220,7 +220,7 @@ fn tori_that_overlap_obey_the_laws() {
     all.push(("parts", Tree::of(Union, parts.clone()), a.clone()));
     all.push(("parts", Tree::of(Xor, parts), a.clone()));
     for (i, (name, one, other)) in all.iter().enumerate() {
-        let rays = random_rays(&mut Random(i as u64), 40, 0.5);
+        let rays = random_rays(&mut Random(i as u64), 20, 0.5);
         are_one(&program, [one, other], &rays, name);
     }
     let mut rays = random_rays(&mut Random(40), 60, 0.5);

@@ -310,7 +310,7 @@ fn scale_changes_no_bit_of_any_mantissa() {
             (asked, rays, scale)
         };
         let (one, rays, _) = at(0);
-        for power in [-100, -63, -40, -1, 1, 10, 40, 77, 100] {
+        for power in [-100, -63, -1, 10, 77, 100] {
             let (scaled, moved, scale) = at(power);
             for precision in ALL {
                 // A cone's polynomial has the sixth power of lengths. Where that

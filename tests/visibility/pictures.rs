@@ -3,7 +3,7 @@
 
 #![cfg(feature = "all-lanes")]
 
-use crate::common::{ALL_AOVS, Loaded, assets, hash, in_repository, load};
+use crate::common::{ALL_AOVS, Loaded, assets, campaign, hash, in_repository, load};
 use lanecast::internals::accel::Structure;
 use lanecast::internals::plan::{Kernels, Precision, widths};
 use lanecast::internals::render::{RenderConfig, TileOrder};
@@ -63,7 +63,9 @@ fn one_picture_per_scene(precision: Precision) {
     if let Some(assets) = assets() {
         files.extend(FILES.map(|f| assets.join(f)));
     }
-    for file in files {
+    // Evenly, if not all.
+    let step = files.len().div_ceil(campaign(files.len()));
+    for file in files.into_iter().step_by(step) {
         let loaded = load(&file, 4.0 / 3.0);
         if most_operands(&loaded) > FEW_OPERANDS {
             println!("skipped: {}", file.display());

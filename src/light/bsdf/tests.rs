@@ -181,14 +181,19 @@ fn scattering() -> Vec<(&'static str, Material, f32)> {
 const ANGLES: [f32; 4] = [1.0, 0.7, 0.3, 0.08];
 
 /// Integrates over the sphere by `f` of directions, with 2n by 2n midpoints of polar angle and
-/// azimuth.
-fn integrate(n: usize, mut f: impl FnMut(Vec3<f32>) -> f64) -> f64 {
+/// azimuth; n is a multiple of 4.
+fn integrate(n: usize, mut f: impl FnMut(Vec3<f32x8>) -> f32x8) -> f64 {
     let mut sum = 0.0;
     for i in 0..2 * n {
         let (sin, cos) = ((i as f64 + 0.5) / (2 * n) as f64 * PI).sin_cos();
-        for j in 0..2 * n {
-            let turn = (j as f64 + 0.5) / (2 * n) as f64;
-            sum += f(direction(cos as f32, turn as f32)) * sin;
+        for j in (0..2 * n).step_by(8) {
+            let into = Vec3::of_lanes(|k| {
+                let turn = ((j + k) as f64 + 0.5) / (2 * n) as f64;
+                let one = direction(cos as f32, turn as f32);
+                [one.x, one.y, one.z]
+            });
+            let values = f(into).to_array().map(f64::from);
+            sum += values.iter().sum::<f64>() * sin;
         }
     }
     sum / (2 * n * 2 * n) as f64 * TAU * PI
@@ -228,10 +233,9 @@ fn the_density_integrates_to_1() {
         let count = if name == "rough glass" { 1500 } else { 500 };
         for cos in ANGLES {
             let out = direction(cos, 0.1);
-            let looks = bsdf.looks();
-            let density = integrate(count, |into| {
-                f64::from(bsdf.eval(&looks, eta, out, into).pdf)
-            });
+            let (looks, etas) = (bsdf.looks::<f32x8>(), f32x8::splat(eta));
+            let outs = Vec3::of_lanes(|_| [out.x, out.y, out.z]);
+            let density = integrate(count, |into| bsdf.eval(&looks, etas, outs, into).pdf);
             // What sampling loses below the horizon, and delta lobes.
             let (mut lost, count) = (0.0, 1 << 16);
             sampled(&bsdf, eta, out, count, |s| {

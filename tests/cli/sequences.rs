@@ -91,7 +91,11 @@ fn options_that_change_nothing_are_told() {
     let solid = "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n\
                  vertex 0 1 0\nendloop\nendfacet\nendsolid x\n";
     fs::write(path.join("s.stl"), solid).unwrap();
-    fs::write(path.join("s.csg"), "cube(size = [1, 1, 1], center = false);").unwrap();
+    fs::write(
+        path.join("s.csg"),
+        "cube(size = [1, 1, 1], center = false);",
+    )
+    .unwrap();
     let said = |scene: &str, more: &[&str]| {
         let first = [
             "render", scene, "--size", "8x8", "--spp", "1", "-o", "x.png",

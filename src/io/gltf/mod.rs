@@ -182,6 +182,3 @@ fn left_out(root: &Root, report: &mut ImportReport) {
         }
     }
 }
-
-#[cfg(test)]
-mod tests;

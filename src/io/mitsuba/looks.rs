@@ -409,7 +409,7 @@ impl Writer<'_> {
 /// Returns a map whose first and last rows lie at the poles, as in Mitsuba, where here they lie
 /// half a row from them: every row, and before, between and after them the means of their
 /// neighbours. Interpolation between rows gives the same.
-pub(super) fn rows_from_pole_to_pole(map: &Environment) -> Vec<Rgb> {
+fn rows_from_pole_to_pole(map: &Environment) -> Vec<Rgb> {
     let width = map.width as usize;
     let last = map.height as usize - 1;
     let pixel = |row: usize, column: usize| map.pixels[row * width + column];
@@ -447,4 +447,23 @@ pub(super) fn escaped(text: &str) -> String {
         }
     }
     shown
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn environment_maps_reach_from_pole_to_pole() {
+        let map = Environment {
+            width: 1,
+            height: 2,
+            pixels: vec![[1.0, 0.0, 0.0], [3.0, 0.0, 8.0]].into(),
+            rotation: 0.0,
+            scale: [1.0, 1.0, 0.5],
+        };
+        let rows = rows_from_pole_to_pole(&map);
+        let red_and_blue = [[1.0, 0.0], [1.0, 0.0], [2.0, 2.0], [3.0, 4.0], [3.0, 4.0]];
+        assert_eq!(rows, red_and_blue.map(|[r, b]| [r, 0.0, b]));
+    }
 }

@@ -253,6 +253,3 @@ impl Writer<'_> {
         );
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -1,7 +1,7 @@
 //! Materials: factors of the extensions, alpha, and what is thin-walled.
 
 use super::*;
-use crate::scene::{Layers, Material, Model};
+use lanecast::internals::scene::{Layers, Material, Model};
 
 /// Loads a document whose one material is this.
 fn material(source: Value) -> Result<(Material, Option<String>), LoadError> {

@@ -1,8 +1,8 @@
 //! Tests of nodes, their transforms, and the cameras and lights on them.
 
 use super::*;
-use crate::math::Affine;
-use crate::scene::{Instances, Light, Projection};
+use lanecast::internals::math::Affine;
+use lanecast::internals::scene::{Instances, Light, Projection};
 
 fn world(scene: &Scene) -> Vec<Affine> {
     let all = Instances::of(scene).unwrap();

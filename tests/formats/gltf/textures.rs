@@ -1,9 +1,9 @@
 //! Textures and colours of vertices: images, samplers, transforms, and what is left out.
 
 use super::*;
-use crate::scene::{Alpha, Slot, Texels, Wrap};
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
+use lanecast::internals::scene::{Alpha, Slot, Texels, Wrap};
 
 /// Encodes a PNG file as a data URI.
 fn png(texels: &[u8], size: [u32; 2], kind: ExtendedColorType) -> String {
@@ -392,7 +392,10 @@ fn colours_of_vertices_have_any_type_and_need_no_material() {
     ];
     assert_eq!(scene.meshes.attributes.colors, expected);
     assert!(scene.textures.iter().next().unwrap().texturing.vertex_color);
-    assert_eq!(scene.meshes.parts, [(0, Some(crate::scene::MaterialId(0)))]);
+    assert_eq!(
+        scene.meshes.parts,
+        [(0, Some(lanecast::internals::scene::MaterialId(0)))]
+    );
 }
 
 #[test]
@@ -422,7 +425,7 @@ fn a_variant_is_shown_by_its_name() {
                 variant: variant.map(Into::into),
                 ..LoadOptions::default()
             };
-            let loaded = crate::load(path, &options).map_err(|e| e.to_string())?;
+            let loaded = io::load(path, &options).map_err(|e| e.to_string())?;
             Ok(loaded.scene.meshes.parts[0].1.map(|id| id.0))
         })
     };

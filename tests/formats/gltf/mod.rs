@@ -1,4 +1,4 @@
-//! Tests with tiny documents built in memory: their builders, whole meshes, and files.
+//! glTF by tiny documents built in memory: their builders, whole meshes, and files.
 
 mod accessors;
 mod extensions;
@@ -6,9 +6,10 @@ mod materials;
 mod nodes;
 mod textures;
 
-use super::*;
-use crate::scene::{MeshData, Scene};
+use lanecast::internals::io::{self, ImportReport, LoadError, LoadOptions};
+use lanecast::internals::scene::{MeshData, Scene};
 use serde_json::{Value, json};
+use std::path::Path;
 
 /// The buffer of a document: five points and four bytes of indices, to which tests append.
 fn points() -> Vec<u8> {
@@ -65,7 +66,7 @@ fn on_disk<T>(bytes: &[u8], f: impl FnOnce(&Path) -> T) -> T {
 
 fn load(document: &Value, bin: &[u8]) -> Result<(Scene, Option<String>), LoadError> {
     on_disk(&glb(document, bin), |path| {
-        let loaded = crate::load(path, &LoadOptions::default())?;
+        let loaded = io::load(path, &LoadOptions::default())?;
         Ok((loaded.scene, loaded.warning))
     })
 }
@@ -73,7 +74,7 @@ fn load(document: &Value, bin: &[u8]) -> Result<(Scene, Option<String>), LoadErr
 fn bake(document: &Value, bin: &[u8]) -> MeshData {
     on_disk(&glb(document, bin), |path| {
         let mut report = ImportReport::default();
-        crate::import_mesh(path, &LoadOptions::default(), &mut report).unwrap()
+        io::import_mesh(path, &LoadOptions::default(), &mut report).unwrap()
     })
 }
 
@@ -160,7 +161,7 @@ fn files_are_read_from_the_folder_only() {
         let mut d = document(&points());
         set(&mut d, "/buffers/0/uri", json!(uri));
         std::fs::write(&path, d.to_string()).unwrap();
-        crate::load(
+        io::load(
             &path,
             &LoadOptions {
                 allow_outside,
@@ -189,7 +190,7 @@ fn every_truncation_of_a_glb_is_an_error() {
     let whole = glb(&document(&points()), &points());
     for end in 0..whole.len() {
         on_disk(&whole[..end], |path| {
-            assert!(crate::load(path, &LoadOptions::default()).is_err(), "{end}");
+            assert!(io::load(path, &LoadOptions::default()).is_err(), "{end}");
         });
     }
 }

@@ -1,8 +1,10 @@
-//! Tests of the text; that Mitsuba reads it, and what it makes of it, is checked by
+//! Scenes as texts for Mitsuba; that it reads them, and what it makes of it, is checked by
 //! `.ci/mitsuba`.
 
-use super::*;
-use crate::{LoadOptions, load};
+use lanecast::internals::io::{
+    LoadOptions, MitsubaError, MitsubaPicture, MitsubaScene, load, mitsuba_scene,
+};
+use lanecast::internals::scene::Instances;
 
 fn export(text: &str) -> Result<MitsubaScene, MitsubaError> {
     let folder = tempfile::tempdir().unwrap();
@@ -157,18 +159,4 @@ fn numbers_beyond_f32_are_an_error() {
     );
     let said = export(&text).unwrap_err().to_string();
     assert!(said.contains("a number beyond f32: <"), "{said}");
-}
-
-#[test]
-fn environment_maps_reach_from_pole_to_pole() {
-    let map = crate::scene::Environment {
-        width: 1,
-        height: 2,
-        pixels: vec![[1.0, 0.0, 0.0], [3.0, 0.0, 8.0]].into(),
-        rotation: 0.0,
-        scale: [1.0, 1.0, 0.5],
-    };
-    let rows = looks::rows_from_pole_to_pole(&map);
-    let red_and_blue = [[1.0, 0.0], [1.0, 0.0], [2.0, 2.0], [3.0, 4.0], [3.0, 4.0]];
-    assert_eq!(rows, red_and_blue.map(|[r, b]| [r, 0.0, b]));
 }

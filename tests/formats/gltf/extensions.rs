@@ -1,9 +1,9 @@
 //! Maps of coats, tangents of stretched highlights, and environment lights.
 
 use super::*;
-use crate::scene::{Environment, Slot};
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
+use lanecast::internals::scene::{Environment, Slot};
 
 /// A triangle with texture coordinates, which go along x and down, of one material.
 fn textured(turned: bool, material: Value) -> (Value, Vec<u8>) {

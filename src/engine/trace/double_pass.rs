@@ -34,7 +34,8 @@ pub(super) fn look_again<L: Lanes>(
     asked: u32,
     look: &mut impl SecondLook,
 ) -> [u32; 2] {
-    if L::COUNT <= f64x8::COUNT {
+    // An inline constant leaves the other branch uncompiled.
+    if const { L::COUNT <= f64x8::COUNT } {
         let (org, dir) = (packet.org, packet.dir);
         let [t_min, limit] = [packet.ray.t_min, limit].map(L::widen);
         let pass = DoublePass {

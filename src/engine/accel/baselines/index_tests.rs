@@ -10,7 +10,7 @@ use super::grid::{Density, Grid};
 use super::heap::Heap;
 use super::index::{Index, Primitives};
 use crate::accel::slabs::Slabs;
-use crate::math::lanes::{Lanes, Mask, Scalar, f32x8, f32x16, f64x4, f64x8};
+use crate::math::lanes::{Lanes, Mask, Scalar, f32x8, f32x16};
 use crate::math::{Aabb32, Vec3};
 use proptest::prelude::*;
 
@@ -341,23 +341,12 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(3_000))]
 
     #[test]
-    fn one_lane_f64(seed in any::<u64>()) {
-        all_same::<f64>(seed);
-    }
-
-    #[test]
-    fn one_lane_f32(seed in any::<u64>()) {
+    fn one_lane(seed in any::<u64>()) {
         all_same::<f32>(seed);
     }
 
     #[test]
-    fn packets_of_f64(seed in any::<u64>()) {
-        all_same::<f64x4>(seed);
-        all_same::<f64x8>(seed);
-    }
-
-    #[test]
-    fn packets_of_f32(seed in any::<u64>()) {
+    fn packets(seed in any::<u64>()) {
         all_same::<f32x8>(seed);
         all_same::<f32x16>(seed);
     }

@@ -167,7 +167,7 @@ impl<L: Lanes> Walk<'_, '_, L> {
     /// Walks all lanes through one block; `enter..=exit` are their intervals inside it.
     fn block(&mut self, block: usize, enter: L, exit: L) {
         let inside = enter.le(exit.min(self.limit));
-        if L::COUNT > 1
+        if const { L::COUNT > 1 }
             && let Some(volume) = self.volume(block, inside, enter, exit)
         {
             return self.slices(block, &volume, enter, exit);

@@ -136,7 +136,8 @@ fn ask<L: Lanes, const ANY: bool>(
     active: L::Mask,
     scratch: &mut PolynomialScratch,
 ) -> Answer<L> {
-    match L::COUNT <= Four::COUNT {
+    // An inline constant leaves the other branch uncompiled.
+    match const { L::COUNT <= Four::COUNT } {
         true => ask_by::<L, Four, ANY>(row, object, limit, active, &mut scratch.four),
         false => ask_by::<L, Eight, ANY>(row, object, limit, active, &mut scratch.eight),
     }

@@ -1,8 +1,8 @@
-//! Files in files: what is placed, included and repeated is what the files say by themselves, and
-//! what cannot be is refused with its place.
+//! Files in files: what is placed is what the files say by themselves, and what cannot be is refused
+//! with its place.
 
 use crate::common::{ALL_AOVS, Way, assets, hash, in_repository, picture};
-use glam::{DAffine3, DVec3};
+use glam::DVec3;
 use lanecast::internals::accel::Structure;
 use lanecast::internals::io::{LoadError, LoadOptions, Loaded, load};
 use lanecast::internals::math::Affine;
@@ -27,16 +27,16 @@ fn load_files(files: &[(&str, &str)]) -> Result<Loaded, LoadError> {
     load(&folder.path().join(files[0].0), &LoadOptions::default())
 }
 
-fn scene(files: &[(&str, &str)]) -> Scene {
+pub fn scene(files: &[(&str, &str)]) -> Scene {
     load_files(files).unwrap_or_else(|e| panic!("{e}")).scene
 }
 
-fn warning(files: &[(&str, &str)]) -> String {
+pub fn warning(files: &[(&str, &str)]) -> String {
     let loaded = load_files(files).unwrap_or_else(|e| panic!("{e}"));
     loaded.warning.unwrap_or_default()
 }
 
-fn refused(files: &[(&str, &str)], expected: &[&str]) {
+pub fn refused(files: &[(&str, &str)], expected: &[&str]) {
     let message = load_files(files).expect_err("it is refused").to_string();
     for part in expected {
         assert!(message.contains(part), "{message}\nlacks {part}");
@@ -44,7 +44,7 @@ fn refused(files: &[(&str, &str)], expected: &[&str]) {
 }
 
 /// What is seen where: of each instance its shape, material and matrix, all by content.
-fn seen(scene: &Scene) -> Vec<(String, String, Affine)> {
+pub fn seen(scene: &Scene) -> Vec<(String, String, Affine)> {
     let all = Instances::of(scene).unwrap();
     let name = |name: Option<&str>| name.unwrap_or_default().to_string();
     let row = |row: lanecast::internals::scene::Instance| {
@@ -56,7 +56,7 @@ fn seen(scene: &Scene) -> Vec<(String, String, Affine)> {
 }
 
 /// The bits of a small picture with all ids.
-fn bits(scene: &Scene) -> u64 {
+pub fn bits(scene: &Scene) -> u64 {
     let instances = Instances::of(scene).unwrap();
     let (scene, camera) = scene.clone().completed(None, &instances, 1.5);
     let way = Way {
@@ -464,198 +464,6 @@ fn lights_and_cameras_go_with_a_placement_that_moves() {
         .unwrap();
     assert_eq!(there.lights[0].position(), Some(DVec3::Y));
     assert_eq!(seen(&there)[0].2.translation, [0.0, 1.0, 0.0]);
-}
-
-const BALL: &str = "[shape.ball]\nsphere = { center = [0, 0, 0], radius = 0.5 }\n";
-
-#[test]
-fn copies_are_where_they_would_be_if_they_were_written_out() {
-    let repeated = format!(
-        "{BALL}[[instance]]\nshape = 'ball'\ntransform = [{{ translate = [3, 0, 0] }}]\n\
-         repeat = {{ count = 12, transform = [{{ rotate_y = 30.0 }}] }}\n"
-    );
-    let mut written = BALL.to_string();
-    for k in 0..12 {
-        written += &format!(
-            "[[instance]]\nshape = 'ball'\ntransform = [{{ translate = [3, 0, 0] }}, \
-             {{ rotate_y = {} }}]\n",
-            30 * k
-        );
-    }
-    let [repeated, written] = [&repeated, &written].map(|text| scene(&[("main.toml", text)]));
-    assert_eq!(seen(&repeated), seen(&written));
-    assert_eq!(bits(&repeated), bits(&written));
-    // A quarter of a turn is exact.
-    assert_eq!(seen(&repeated)[3].2.translation, [0.0, 0.0, -3.0]);
-
-    // Repeats of repeats, on children and instances, and along with a motion.
-    let text = format!(
-        "{BALL}[node.row]\nchildren = [{{ shape = 'ball', \
-         repeat = {{ count = 10, transform = [{{ translate = [1, 0, 0] }}] }} }}]\n\
-         [node.field]\nchildren = [{{ node = 'row', \
-         repeat = {{ count = 10, transform = [{{ translate = [0, 1, 0] }}] }} }}]\n\
-         [[instance]]\nnode = 'field'\nmotion = [{{ at = 1.0, transform = [{{ translate = [0, 0, 7] }}] }}]\n\
-         repeat = {{ count = 10, transform = [{{ translate = [0, 0, 0.5] }}] }}\n"
-    );
-    let field = scene(&[("main.toml", &text)]);
-    assert_eq!((field.edges.len(), field.roots.len()), (20, 10));
-    for (time, z) in [(0.0, 0.0), (1.0, 7.0)] {
-        let rows = seen(&field.clone().at(time).unwrap());
-        assert_eq!(rows.len(), 1000);
-        for (k, row) in rows.iter().enumerate() {
-            let at = [k % 10, k / 10 % 10].map(|x| x as f64);
-            assert_eq!(
-                row.2.translation,
-                [at[0], at[1], z + 0.5 * (k / 100) as f64]
-            );
-        }
-    }
-}
-
-#[test]
-fn powers_of_a_transform_have_few_roundings() {
-    let text = format!(
-        "{BALL}[[instance]]\nshape = 'ball'\nrepeat = {{ count = 100000, \
-         transform = [{{ rotate_y = 0.01 }}, {{ scale = 0.9999 }}] }}\n"
-    );
-    let spiral = scene(&[("main.toml", &text)]);
-    for (k, row) in seen(&spiral).into_iter().enumerate() {
-        let k = k as f64;
-        let turn = DAffine3::from_rotation_y((0.01 * k).to_radians());
-        let expected = DAffine3::from_scale(DVec3::splat(0.9999_f64.powf(k))) * turn;
-        let is: DAffine3 = row.2.into();
-        let off = (is.matrix3 - expected.matrix3).to_cols_array();
-        let off = off.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-        // Angle and factor of a single step are rounded by 2⁻⁵³ each, which k steps add up.
-        let size = 0.9999_f64.powf(k);
-        assert!(
-            off <= (4.0 * k + 40.0) * f64::EPSILON * size,
-            "{k}: {off:e}"
-        );
-    }
-}
-
-#[test]
-fn counts_that_are_none_are_refused() {
-    for (count, message) in [
-        ("0", "count = 0; give a whole number of copies, 1 or more"),
-        ("-3", "count = -3; give a whole number"),
-        ("2.5", "count = 2.5; give a whole number"),
-        ("nan", "a finite number"),
-        ("1e30", "all repeats of a scene make 4194304 copies at most"),
-        (
-            "4194305",
-            "all repeats of a scene make 4194304 copies at most",
-        ),
-    ] {
-        let text = format!(
-            "{BALL}[[instance]]\nshape = 'ball'\n\
-             repeat = {{ count = {count}, transform = [{{ rotate_y = 1.0 }}] }}\n"
-        );
-        refused(&[("main.toml", &text)], &["main.toml:6:", message]);
-    }
-    let text = format!(
-        "{BALL}[[instance]]\nshape = 'ball'\n\
-         repeat = {{ count = 2000, transform = [{{ scale = 2.0 }}] }}\n"
-    );
-    refused(
-        &[("main.toml", &text)],
-        &["main.toml:6:10: copy 1024 is singular or infinite"],
-    );
-    let text = format!("{BALL}[[instance]]\nshape = 'ball'\nrepeat = {{ count = 2 }}\n");
-    refused(
-        &[("main.toml", &text)],
-        &["main.toml:6:10: the key 'transform' is missing"],
-    );
-}
-
-#[test]
-fn included_definitions_are_as_if_they_were_in_the_file() {
-    let materials = "[material.red]\nbase_color = [1.0, 0.0, 0.0]\n";
-    let parts = "include = ['../materials.toml']\n[shape.ball]\n\
-                 sphere = { center = [0, 0, 0], radius = 1 }\n\
-                 [node.two]\nchildren = [{ shape = 'ball', material = 'red' },\n\
-                 { shape = 'ball', transform = [{ translate = [3, 0, 0] }] }]\n\
-                 [[instance]]\nshape = 'ball'\n";
-    let parts = parts.replace("../", "");
-    let main = "include = ['materials.toml', 'parts.toml']\n[material.blue]\n\
-                [[instance]]\nnode = 'two'\nmaterial = 'blue'\n[[instance]]\nshape = 'ball'\n";
-    let files = [
-        ("main.toml", main),
-        ("materials.toml", materials),
-        ("parts.toml", &*parts),
-    ];
-    let one = format!(
-        "{materials}{}[material.blue]\n[[instance]]\nnode = 'two'\nmaterial = 'blue'\n\
-         [[instance]]\nshape = 'ball'\n",
-        parts
-            .replace("include = ['materials.toml']\n", "")
-            .replace("[[instance]]\nshape = 'ball'\n", "")
-    );
-    let [several, one] = [scene(&files), scene(&[("main.toml", &one)])];
-    assert_eq!(seen(&several), seen(&one));
-    assert_eq!(bits(&several), bits(&one));
-    assert_eq!(several.materials.rows, one.materials.rows);
-    assert_eq!(
-        warning(&files),
-        "not imported: 1 × instance of an included file"
-    );
-}
-
-#[test]
-fn includes_that_cannot_be_are_refused() {
-    let see = "[shape.b]\nsphere = { center = [0, 0, 0], radius = 1 }\n[[instance]]\nshape = 'b'\n";
-    let main = |include: &str| format!("include = ['{include}']\n{see}");
-    refused(
-        &[
-            ("main.toml", &main("a.toml")),
-            (
-                "a.toml",
-                "[shape.b]\nbox = { min = [0, 0, 0], max = [1, 1, 1] }\n",
-            ),
-        ],
-        &[
-            "main.toml:3:8: the shape 'b' is defined here and at ",
-            "a.toml:2:8",
-        ],
-    );
-    refused(
-        &[
-            ("main.toml", &main("a.toml")),
-            ("a.toml", "include = ['main.toml']\n"),
-        ],
-        &[
-            "a.toml:2:12: files include each other in a circle: ",
-            "main.toml → ",
-            "a.toml → ",
-        ],
-    );
-    refused(
-        &[("main.toml", &main("main.toml"))],
-        &["main.toml:2:12: files include each other in a circle"],
-    );
-    let gone = [("main.toml", &*main("gone.toml"))];
-    refused(
-        &gone,
-        &["main.toml:2:12: the included file 'gone.toml' cannot be read"],
-    );
-    refused(
-        &[("main.toml", &main("a.obj")), ("a.obj", "")],
-        &["main.toml:2:12: the included file 'a.obj' is no .toml or .json"],
-    );
-    refused(
-        &[
-            ("main.toml", &main("a.toml")),
-            ("a.toml", "[node.n]\nchildren = [{ shape = 'c' }]\n"),
-        ],
-        &["a.toml:3:23: there is no shape 'c'"],
-    );
-    // An error of the finished scene has the included file's line.
-    let flat = "[shape.c]\nsphere = { center = [0, 0, 0], radius = -1 }\n";
-    refused(
-        &[("main.toml", &main("a.toml")), ("a.toml", flat)],
-        &["a.toml:2:8: sphere 'c' has radius = -1"],
-    );
 }
 
 #[test]

@@ -399,6 +399,40 @@ fn a_white_ball_in_a_white_furnace() {
     }
 }
 
+/// Frosted glass is given back nearly all that its facets lose (S115), at each of some ten crossings
+/// of the surface.
+#[test]
+fn a_frosted_ball_in_a_white_furnace() {
+    for roughness in [0.3, 0.5, 0.7, 1.0] {
+        let mut scene = SceneBuilder::default();
+        let ball = scene.sphere(
+            "",
+            Sphere {
+                center: DVec3::ZERO,
+                radius: 1.0,
+            },
+        );
+        let frosted = Material {
+            transmission: 1.0,
+            ..Material::metallic_roughness([1.0; 3], 0.0, roughness)
+        };
+        let frosted = scene.material("", frosted);
+        scene.instance("", Edge::shape(ball).material(frosted));
+        scene.environment(Environment::uniform([1.0; 3]));
+        window(
+            &mut scene,
+            DVec3::new(0.3, 0.2, 2.0),
+            DVec3::new(0.3, 0.2, 0.0),
+        );
+        let (mean, error) = seen(&scene.finish().unwrap(), 100);
+        println!("frosted at {roughness}: {mean:.7} ± {error:.1e}");
+        assert!(
+            mean > 0.97 && mean < 1.001 + 3.0 * error,
+            "{mean} ± {error}"
+        );
+    }
+}
+
 /// A sheet that covers a quarter gives off a quarter of its radiance, and lets three quarters of
 /// the sky through, also where nothing is scattered on it.
 #[test]

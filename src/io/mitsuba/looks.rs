@@ -205,6 +205,8 @@ impl Writer<'_> {
             if alpha == 0.0 {
                 return Bsdf::both("dielectric", &parameters);
             }
+            self.notes
+                .similar("rough glass, without what facets scatter twice");
             parameters += "<string name=\"distribution\" value=\"ggx\"/>";
             parameters += &float("alpha", alpha);
             return Bsdf::both("roughdielectric", &parameters);

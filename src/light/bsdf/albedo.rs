@@ -24,15 +24,17 @@ const WIDTH: f32 = 3.0;
 const LATTICE: [u32; 2] = [144, 89];
 
 /// The lattice's points: a number for the height, the sine and cosine of the turn, and the weight.
-static POINTS: LazyLock<[[f32; 4]; LATTICE[0] as usize]> = LazyLock::new(|| {
-    let [points, step] = LATTICE;
+static POINTS: LazyLock<[[f32; 4]; LATTICE[0] as usize]> = LazyLock::new(|| lattice(LATTICE, 1.0));
+
+/// Makes the points of a lattice that reaches this far around.
+pub fn lattice<const N: usize>([points, step]: [u32; 2], turns: f32) -> [[f32; 4]; N] {
     std::array::from_fn(|i| {
         let r = 1.0 - (i as f32 + 0.5) / points as f32;
         let v = ((i as u32 * step % points) as f32 + 0.5) / points as f32;
-        let (sin, cos) = sin_cos_turns(v);
+        let (sin, cos) = sin_cos_turns(v * turns);
         [1.0 - r * r, sin, cos, 2.0 * r / points as f32]
     })
-});
+}
 
 /// The share of what a stretched lobe loses that is given back: the lattice's error is at most
 /// 0.8 % of the albedo, and with this no surface gains light.

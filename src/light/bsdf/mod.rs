@@ -29,6 +29,7 @@ mod diffuse;
 mod film;
 mod fresnel;
 mod glass;
+mod glass_albedo;
 mod layered;
 mod microfacet;
 mod phong;

@@ -398,7 +398,7 @@ fn a_sheet_of_index_1_5_reflects_a_thirteenth() {
     assert!((shares.reflected[0] - 1.0 / 13.0).abs() < 1e-7);
 }
 
-/// Rough glass loses what GGX scatters twice, and gains nothing.
+/// Rough glass is given back nearly all that its facets lose (albedo.rs), and gains nothing.
 #[test]
 fn rough_glass_makes_no_light() {
     for roughness in [0.1, 0.5, 1.0] {
@@ -406,7 +406,7 @@ fn rough_glass_makes_no_light() {
             for cos in ANGLES {
                 let found = albedo(&glass(roughness, false), eta, cos, 1 << 15);
                 assert!(
-                    found < 1.001 && found > 0.3,
+                    found > 0.985 && found < 1.002,
                     "{roughness} {eta} {cos}: {found}"
                 );
             }

@@ -92,7 +92,7 @@ fn list(widths: &[usize]) -> String {
 /// Which bits this program gives pictures: raised whenever the same scene gets others, for finished
 /// pictures of batches, parts of pictures and records of light are taken for those of this program by
 /// it. `.ci/answers` holds a table of pictures to it.
-pub const BITS: u32 = 2;
+pub const BITS: u32 = 3;
 
 /// Whether this build has every packet width.
 pub const ALL_LANES: bool = cfg!(feature = "all-lanes");

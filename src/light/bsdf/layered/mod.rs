@@ -5,7 +5,7 @@
 //! the lobe's directional albedo leaves; a share `transmission` of the dielectric is glass
 //! instead, with the exact Fresnel term. Light that GGX scatters more than once is given back
 //! by scaling (Turquin 2019): a lobe of reflectance F₀ gets 1 + F₀ (1 − E)/E, metal and
-//! dielectric each its own, for the factor is not linear in F₀.
+//! dielectric each its own, for the factor is not linear in F₀; glass is divided by what it keeps.
 
 mod sample;
 
@@ -15,6 +15,7 @@ use super::diffuse::{Eon, EonColor};
 use super::film::Film;
 use super::fresnel::{schlick, unit_interval};
 use super::glass::{Glass, Shares, clamped_eta, is_matched};
+use super::glass_albedo::glass_gain;
 use super::microfacet::{Ggx, mirrored_pdf, visibility};
 use super::sheen::Sheen;
 use super::{Evaluated, Looks, Variation, mean};
@@ -303,6 +304,9 @@ impl Layered {
         }
         if self.window.thin {
             glass = glass * inverse;
+        } else if self.glass && !self.smooth {
+            let round_alpha = self.stretch.is_none().then_some(alpha);
+            glass = glass * glass_gain(&ggx, out, round_alpha, eta);
         }
         Prepared {
             out,

@@ -6,7 +6,7 @@
 //! to the model's definition; the values at the nodes are found here by quadrature of
 //! ∫ G₂/G₁ over the visible normals.
 
-use super::ggx::{Ggx, schlick};
+use super::ggx::{Ggx, fresnel, schlick};
 use glam::DVec3;
 
 const COLUMNS: usize = 64;
@@ -14,6 +14,11 @@ const ROWS: usize = 48;
 
 /// Points of the lattice by which the model defines the albedo of a stretched lobe, and its step.
 const LATTICE: [u32; 2] = [144, 89];
+
+/// The lattice by which it defines that of rough glass, and the nodes of α, η and μ between which it
+/// interpolates that of a round lobe.
+const GLASS_LATTICE: [u32; 2] = [377, 233];
+const GLASS_NODES: [usize; 3] = [16, 65, 24];
 
 /// Points of the quadrature along each axis.
 const POINTS: usize = 160;
@@ -78,6 +83,91 @@ pub fn of_stretched(ggx: &Ggx, out: DVec3) -> [f64; 2] {
     }
     let [e, b] = sums.map(|sum| sum / f64::from(points));
     [e.min(1.0), b]
+}
+
+/// What clear glass of a round lobe reflects and transmits together, at all angles and indices.
+#[derive(Clone, Debug)]
+pub struct RoundGlass {
+    /// Nodes of the two α around the glass's, by η and μ.
+    rows: [Vec<f64>; 2],
+    /// The place between them.
+    part: f64,
+}
+
+impl RoundGlass {
+    /// Computes the nodes of the model's table around an α.
+    pub fn new(alpha: f64) -> RoundGlass {
+        let [alphas, etas, mus] = GLASS_NODES;
+        let place = alpha.powf(0.375).min(1.0) * (alphas - 1) as f64;
+        let first = (place as usize).min(alphas - 2);
+        let share = |i: usize, count: usize| i as f64 / (count - 1) as f64;
+        let row = |row: usize| {
+            let alpha = share(row, alphas).powf(8.0 / 3.0).max(1e-4);
+            let (ggx, wide) = (Ggx::new(alpha), 3.0 * alpha);
+            let node = |i: usize| {
+                let z = 2.0 * share(i / mus, etas) - 1.0;
+                let bend = z * z.abs();
+                let eta = ((1.0 + bend) / (1.0 - bend).max(1e-9)).clamp(1e-3, 1e3);
+                let t = share(i % mus, mus).powi(2);
+                let mu = (wide * t / (1.0 + wide - t)).clamp(alpha * 1e-4, 1.0);
+                let out = DVec3::new((1.0 - mu * mu).max(0.0).sqrt(), 0.0, mu);
+                of_glass(&ggx, out, eta, 0.5)
+            };
+            (0..etas * mus).map(node).collect()
+        };
+        RoundGlass {
+            rows: [row(first), row(first + 1)],
+            part: place - first as f64,
+        }
+    }
+
+    /// Returns the share at the cosine `mu`; `alpha` is that of [`RoundGlass::new`].
+    pub fn at(&self, mu: f64, alpha: f64, eta: f64) -> f64 {
+        let [_, etas, mus] = GLASS_NODES;
+        let wide = 3.0 * alpha;
+        let x = (mu.min(1.0) * (1.0 + wide) / (mu.min(1.0) + wide)).sqrt();
+        let bend = (eta - 1.0) / (eta + 1.0);
+        let z = 0.5 * (1.0 + bend.abs().sqrt().copysign(bend));
+        let split = |place: f64, count: usize| {
+            let place = place.clamp(0.0, 1.0) * (count - 1) as f64;
+            let node = (place as usize).min(count - 2);
+            (node, place - node as f64)
+        };
+        let ((j, s), (k, t)) = (split(z, etas), split(x, mus));
+        let between = |low: f64, high: f64, part: f64| low + part * (high - low);
+        let [low, high] = [0, 1].map(|row: usize| {
+            let along = |j: usize| {
+                let at = j * mus + k;
+                between(self.rows[row][at], self.rows[row][at + 1], t)
+            };
+            between(along(j), along(j + 1), s)
+        });
+        between(low, high, self.part)
+    }
+}
+
+/// Returns what clear rough glass reflects and transmits together, by a sum as that of
+/// [`of_stretched`] that reaches this many turns around.
+pub fn of_glass(ggx: &Ggx, out: DVec3, eta: f64, turns: f64) -> f64 {
+    let [points, step] = GLASS_LATTICE;
+    let mut sum = 0.0;
+    for i in 0..points {
+        let [r, v] = [i, i * step % points].map(|k| (f64::from(k) + 0.5) / f64::from(points));
+        let h = ggx.sample(out, [1.0 - (1.0 - r).powi(2), turns * v]);
+        let o_h = out.dot(h);
+        let facet = fresnel(o_h, eta);
+        let up = h * (2.0 * o_h) - out;
+        let down = h * (o_h / eta - facet.cos) - out / eta;
+        let mut kept = 0.0;
+        if up.z > 0.0 {
+            kept += facet.reflectance * ggx.masking_shadowing(out, up);
+        }
+        if down.z < 0.0 {
+            kept += (1.0 - facet.reflectance) * ggx.masking_shadowing(out, down);
+        }
+        sum += 2.0 * (1.0 - r) * kept / ggx.masking(out);
+    }
+    (sum / f64::from(points)).clamp(1e-3, 1.0)
 }
 
 /// Returns the place of α among the rows.

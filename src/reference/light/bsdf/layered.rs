@@ -2,7 +2,7 @@
 //! multiple scattering (Turquin 2019), one direction at a time.
 
 use super::super::maps::cosine_hemisphere;
-use super::albedo::{Albedo, of_stretched};
+use super::albedo::{Albedo, RoundGlass, of_glass, of_stretched};
 use super::coat::Coat;
 use super::diffuse::Eon;
 use super::film::Film;
@@ -21,6 +21,8 @@ pub struct Layered {
     ggx: Ggx,
     smooth: bool,
     albedo: Albedo,
+    /// Of rough glass that is not stretched.
+    round_glass: Option<RoundGlass>,
     transmission: f64,
     window: Window,
     /// Schlick's F₀ and F₉₀ of the dielectric.
@@ -96,6 +98,11 @@ impl Layered {
             ggx: Ggx::stretched(alphas[0], alphas[1]),
             smooth: alphas == [0.0; 2],
             albedo: Albedo::new(alphas[1]),
+            round_glass: (material.transmission > 0.0
+                && !layers.thin_walled
+                && anisotropy == 0.0
+                && roughness > 0.0)
+                .then(|| RoundGlass::new(alphas[0])),
             transmission: share(material.transmission),
             window: Window {
                 thin: layers.thin_walled,
@@ -162,7 +169,7 @@ impl Layered {
         self.has_diffuse_through() || self.has_glass()
     }
 
-    fn seen(&self, out: DVec3) -> Seen {
+    fn seen(&self, eta: f64, out: DVec3) -> Seen {
         let compensated = self.has_gloss() || self.has_glass() && self.window.thin;
         let [e, b5] = match compensated {
             true => self.albedos(out),
@@ -239,12 +246,28 @@ impl Layered {
             b,
             diffuse,
             diffuse_through,
-            glass: if self.window.thin { glass / e } else { glass },
+            glass: glass * self.glass_gain(eta, out, e),
             film,
             below: below * (1.0 - self.through),
             coat,
             chances: chances.map(|x| if sum > 0.0 { x / sum } else { 0.0 }),
         }
+    }
+
+    /// The factor that gives back what rough glass loses by scattering only once: all of it to a
+    /// sheet, whose facets' albedo is `e`, and nearly all of it to a solid.
+    fn glass_gain(&self, eta: f64, out: DVec3, e: f64) -> f64 {
+        if self.window.thin {
+            return 1.0 / e;
+        }
+        if self.smooth || !self.has_glass() || matched(eta) {
+            return 1.0;
+        }
+        let (kept, share) = match &self.round_glass {
+            Some(round) => (round.at(out.z, self.alphas[0], eta), 0.98),
+            None => (of_glass(&self.ggx, out, eta, 1.0), 0.97),
+        };
+        1.0 + share * (1.0 - kept) / kept
     }
 
     pub fn eval(&self, eta: f64, out: DVec3, into: DVec3) -> Value {
@@ -288,7 +311,7 @@ impl Layered {
     }
 
     fn eval_turned(&self, eta: f64, out: DVec3, into: DVec3) -> Value {
-        let seen = self.seen(out);
+        let seen = self.seen(eta, out);
         let mut all = Value::default();
         let mut add = |color: Color, value: f64, pdf: f64| {
             for k in 0..3 {
@@ -372,7 +395,7 @@ impl Layered {
     }
 
     fn sample_turned(&self, eta: f64, out: DVec3, u: [f64; 2], lobe: f64) -> Option<Sample> {
-        let seen = self.seen(out);
+        let seen = self.seen(eta, out);
         let [diffuse, diffuse_through, gloss, glass, coat, _] = seen.chances;
         if lobe < diffuse + diffuse_through {
             let mut into = cosine_hemisphere(u);
@@ -448,7 +471,7 @@ impl Layered {
         if !(self.has_glass() && self.window.thin && self.smooth) {
             return [0.0; 3];
         }
-        let seen = self.seen(DVec3::new((1.0 - cos * cos).max(0.0).sqrt(), 0.0, cos));
+        let seen = self.seen(1.0, DVec3::new((1.0 - cos * cos).max(0.0).sqrt(), 0.0, cos));
         self.window
             .shares(cos, 1.0)
             .transmitted

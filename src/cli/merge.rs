@@ -52,14 +52,14 @@ pub fn run(args: &MergeArgs) -> Result<(), CliError> {
     check_destinations(&inputs, &files, args.json.iter())?;
     let progress = interrupt::watch();
     if inputs.iter().all(|path| tile::is_tile(path)) {
-        let (picture, of_tiles) = tile::joined(&inputs, &progress)?;
+        let over = |of_tiles| args.development.over(of_tiles);
+        let (picture, development) = tile::joined(&inputs, over, &progress)?;
         check_alpha(picture.alpha.is_some(), &args.output)?;
         let files = picture_files(&args.output, picture.has_aovs());
         let files = files.map_err(|e| CliError::Usage(e.to_string()))?;
         let files: Vec<PathBuf> = files.into_iter().map(|(path, _)| path).collect();
         check_destinations(&inputs, &files, args.json.iter())?;
         let mut results = Results::default();
-        let development = args.development.over(of_tiles);
         picture.save_into(&args.output, &development, &mut results.outputs)?;
         let report = Report::new(
             &files,

@@ -46,6 +46,14 @@ pub fn run(args: &ThumbsArgs, render: clap::Command) -> Result<(), CliError> {
             }
         }
     }
+    let is_searched = |folder: &PathBuf| out.is_some() && folder.canonicalize().ok() == out;
+    if found.scenes.is_empty() && args.folders.iter().any(is_searched) {
+        return Err(CliError::Usage(format!(
+            "--out {} is the folder that is searched, and what lies in it is not drawn; give another \
+             folder",
+            args.out.display()
+        )));
+    }
     if found.scenes.is_empty() {
         return Err(CliError::Input(format!(
             "there is no scene file below {}; known are .{}",

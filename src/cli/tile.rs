@@ -121,17 +121,34 @@ pub fn save(
 }
 
 /// Joins all tiles of a picture, in any order. Returns the picture, and how PNG and JPEG files of it
-/// are developed. Fails if they are not all tiles of one picture, or some are missing.
-pub fn joined(paths: &[&Path], progress: &Progress) -> Result<(Picture, Development), CliError> {
+/// are developed: what `over` makes of the tiles' own development. Fails if they are not all tiles of
+/// one picture, if some are missing, and if that is not the same for all.
+pub fn joined(
+    paths: &[&Path],
+    over: impl Fn(Development) -> Development,
+    progress: &Progress,
+) -> Result<(Picture, Development), CliError> {
     let mut headers = Vec::new();
     for path in paths {
         headers.push((TileHeader::load(path)?, *path));
     }
-    let Some((first, _)) = headers.first() else {
+    // The metadata that is not of all tiles is that of the first of the picture.
+    headers.sort_by_key(|(header, _)| (header.corner.1, header.corner.0));
+    let Some((first, named)) = headers.first() else {
         return Err(CliError::Usage("there are no tiles to join".into()));
     };
-    let development = first.development;
+    let development = over(first.development);
     check_all(&headers)?;
+    for (header, path) in &headers {
+        if over(header.development) != development {
+            let message = format!(
+                "it was rendered with another --exposure, --view-transform, --dither or --bits than \
+                 {}; name the option for all of them as one of merge",
+                named.display()
+            );
+            return Err(wrong(path, &message).into());
+        }
+    }
     let mut picture = Picture::default();
     let mut rays = 0.0;
     for (header, path) in &headers {

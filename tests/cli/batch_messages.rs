@@ -54,6 +54,14 @@ fn wrong_jobs_are_refused_before_any_work() {
     refused(&job("scenes = 1"), "did you mean `scene`?");
     refused(&job("render = { szie = \"9x7\" }"), "did you mean size?");
     refused(
+        &job("render = { accuracy = \"within:rmse=0.1\" }"),
+        "accuracy is no option here: it is measured scene by scene",
+    );
+    refused(
+        &job("render = { display = \"127.0.0.1:9\" }"),
+        "display is no option here",
+    );
+    refused(
         &job("render = { size = \"9y7\" }"),
         "[render]: invalid value '9y7'",
     );
@@ -165,7 +173,9 @@ fn wrong_arguments_are_usage_errors() {
     wrong(&["--out", "o", "--shard", "4/4"], "0/4 to 3/4");
     wrong(&["--out", "o", "--tasks", "x"], "0-99,120");
     wrong(&["--out", "o", "--list"], "cannot be used with");
-    wrong(&["--out", "o", "--merge", "--check"], "cannot be used with");
+    for other in ["--check", "--tasks=0", "--shard=0/2"] {
+        wrong(&["--out", "o", "--merge", other], "cannot be used with");
+    }
     for arguments in [
         &["no.toml", "--list"][..],
         &[".", "--list"],
@@ -174,6 +184,54 @@ fn wrong_arguments_are_usage_errors() {
         let done = lanecast(folder.path(), &[&["batch"], arguments].concat());
         assert_eq!(done.status.code(), Some(3), "{}", stderr(&done));
     }
+}
+
+#[test]
+fn merges_replace_no_file_of_others() {
+    let folder = job("");
+    let path = folder.path();
+    assert!(batch(path, &["--out", "o"]).status.success());
+    fs::write(path.join("o/records.jsonl"), "mine").unwrap();
+    let merge = || batch(path, &["--out", "o", "--merge"]);
+    let done = merge();
+    assert_eq!(done.status.code(), Some(2), "{}", stderr(&done));
+    assert!(stderr(&done).contains("no --merge of this folder has written it"));
+    assert_eq!(fs::read(path.join("o/records.jsonl")).unwrap(), b"mine");
+    fs::remove_file(path.join("o/records.jsonl")).unwrap();
+    for _ in 0..2 {
+        let done = merge();
+        assert!(done.status.success(), "{}", stderr(&done));
+    }
+    let merged = fs::read_to_string(path.join("o/records.jsonl")).unwrap();
+    assert_eq!(merged.lines().count(), 3);
+}
+
+#[test]
+fn pictures_of_one_name_are_told_apart_by_what_differs() {
+    let folder = job("");
+    let path = folder.path();
+    fs::create_dir(path.join("sub")).unwrap();
+    fs::write(path.join("sub/b.toml"), BALL).unwrap();
+    fs::write(path.join("b.json"), "{}").unwrap();
+    let listed = |scenes: &str, output: &str| {
+        let text = format!("format = 1\nscene = [{scenes}]\n{output}");
+        fs::write(path.join("job.toml"), text).unwrap();
+        batch(path, &["--list"])
+    };
+    let said = stderr(&listed("'b.toml', 'b.json'", "")).to_owned();
+    assert!(said.contains("add {file} to it"), "{said}");
+    let said = stderr(&listed("'b.toml', 'sub/b.toml'", "")).to_owned();
+    assert!(said.contains("add {folder} to it"), "{said}");
+    let list = listed(
+        "'b.toml', 'sub/b.toml'",
+        "output = '{folder}/{scene}.png'\n",
+    );
+    assert!(list.status.success(), "{}", stderr(&list));
+    let list = stdout(&list);
+    assert!(
+        list.contains(" b.png") && list.contains(" sub/b.png"),
+        "{list}"
+    );
 }
 
 #[test]

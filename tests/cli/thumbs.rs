@@ -121,6 +121,9 @@ fn other_pages_and_empty_folders_are_left_alone() {
         stderr(&none)
     );
     fs::write(path.join("parts/a.obj"), TRIANGLE).unwrap();
+    let into_itself = lanecast(path, &["thumbs", "parts", "--out", "parts"]);
+    assert_eq!(into_itself.status.code(), Some(2));
+    assert!(stderr(&into_itself).contains("is the folder that is searched"));
     fs::create_dir_all(path.join("t")).unwrap();
     fs::write(path.join("t/index.html"), "mine").unwrap();
     let refused = lanecast(path, &SMALL);

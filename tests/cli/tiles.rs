@@ -131,6 +131,24 @@ fn frames_have_tiles() {
 }
 
 #[test]
+fn tiles_that_are_developed_differently_need_an_option() {
+    let folder = scene();
+    let path = folder.path();
+    for (number, stops) in [(0, 1), (1, 2)] {
+        let tile = format!("--tile {number}/2 --exposure {stops} -o {number}.tile");
+        succeeds(path, &format!("render s.toml --size 70x70 {tile}"));
+    }
+    let says = "it was rendered with another --exposure";
+    fails(path, "merge 0.tile 1.tile -o x.png", 3, says);
+    for order in ["0.tile 1.tile", "1.tile 0.tile"] {
+        succeeds(path, &format!("merge {order} --exposure 1 -o x.png"));
+        fs::rename(path.join("x.png"), path.join(order)).unwrap();
+    }
+    let read = |name: &str| fs::read(path.join(name)).unwrap();
+    assert!(read("0.tile 1.tile") == read("1.tile 0.tile"));
+}
+
+#[test]
 fn tiles_that_do_not_fit_are_refused() {
     let folder = scene();
     let path = folder.path();

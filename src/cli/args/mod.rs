@@ -76,7 +76,7 @@ pub struct RenderArgs {
     /// Choose the options of the fastest way that keeps bounds: within:rmse=X, flip=X, wrong-pixels=N,
     /// separated by commas, or the most accurate of seconds=X (of a picture of 240x135). They are
     /// measured once for each class of scenes, as tradeoff does, and kept in the user's cache
-    #[arg(long, value_name = "within:BOUNDS", value_parser = Accuracy::parse, conflicts_with_all = ["spp", "noise", "samples", "sampler", "filter", "cache", "max_bounces", "shutter_slices", "precision", "accel", "lanes", "solver", "integrator"])]
+    #[arg(long, value_name = "within:BOUNDS", value_parser = Accuracy::parse, conflicts_with_all = ["spp", "noise", "max_spp", "samples", "sampler", "filter", "cache", "cache_error", "max_bounces", "shutter_slices", "precision", "accel", "lanes", "solver", "integrator"])]
     pub accuracy: Option<Accuracy>,
     #[command(flatten)]
     pub light: LightArgs,

@@ -71,7 +71,7 @@ fn picture(
     let args = tasks.render_args(task, out, &mut tasks.parser());
     let args = args.map_err(CliError::Usage)?;
     let paths: Vec<&Path> = paths.iter().map(PathBuf::as_path).collect();
-    let (picture, development) = tile::joined(&paths, progress)?;
+    let (picture, development) = tile::joined(&paths, |of_tiles| of_tiles, progress)?;
     check_alpha(picture.alpha.is_some(), &task.picture)?;
     let files = files(&task.picture, args.outputs.most())?;
     for file in &files {

@@ -8,7 +8,12 @@ use serde_json::{Map, Value};
 use std::ffi::OsString;
 
 /// Options that are none of a job's, and what is in their place.
-const OF_THE_JOB: [(&str, &str); 15] = [
+const OF_THE_JOB: [(&str, &str); 17] = [
+    (
+        "accuracy",
+        "it is measured scene by scene; lanecast tradeoff names the options that keep it",
+    ),
+    ("display", "pictures of tasks go to files"),
     ("output", "name pictures by output = \"{scene}.png\""),
     (
         "camera",

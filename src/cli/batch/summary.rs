@@ -8,7 +8,9 @@ use super::tasks::Tasks;
 use crate::error::CliError;
 use crate::output::Results;
 use lanecast_io::SaveError;
-use std::path::Path;
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
 
 /// The most ranges of numbers that a message lists.
 const MOST_RANGES: usize = 20;
@@ -55,15 +57,23 @@ pub fn merge(
     };
     let mut results = Results::default();
     results.outputs.add(&path, lines)?;
-    let mut written = vec![path];
+    let mut names = vec!["records.jsonl".into()];
     if let Some(settings) = &tasks.dataset {
-        let names = dataset::write((tasks, settings), &there, out, &mut results.outputs)?;
-        written.extend(names.iter().map(|name| out.join(name)));
+        names.extend(dataset::write(
+            (tasks, settings),
+            &there,
+            out,
+            &mut results.outputs,
+        )?);
     }
-    let written: Vec<String> = written
-        .iter()
-        .map(|path| path.display().to_string())
-        .collect();
+    let merged = Merged::read(out);
+    for name in &names {
+        merged.check_is_ours(out, name)?;
+    }
+    let list = out.join(Merged::LIST);
+    (results.outputs).add(&list, merged.with(&names).into_bytes())?;
+    let written = names.iter().map(|name| out.join(name));
+    let written: Vec<String> = written.map(|path| path.display().to_string()).collect();
     results.commit(&format!(
         "{}: {done} of {} tasks{joined}\n",
         written.join(", "),
@@ -77,6 +87,41 @@ pub fn merge(
             chosen.len(),
             ranges(&missing)
         ))),
+    }
+}
+
+/// The files that merges have written into a folder, by their names from there.
+struct Merged(BTreeSet<PathBuf>);
+
+impl Merged {
+    /// Where they are listed, a line each.
+    const LIST: &str = "records/merged.txt";
+
+    fn read(out: &Path) -> Merged {
+        let text = fs::read_to_string(out.join(Merged::LIST)).unwrap_or_default();
+        Merged(text.lines().map(PathBuf::from).collect())
+    }
+
+    /// Refuses to replace a file that no merge has written.
+    fn check_is_ours(&self, out: &Path, name: &Path) -> Result<(), CliError> {
+        let path = out.join(name);
+        match self.0.contains(name) || path.symlink_metadata().is_err() {
+            true => Ok(()),
+            false => Err(CliError::Usage(format!(
+                "{} exists, and no --merge of this folder has written it; move it away, or give \
+                 another folder with --out",
+                path.display()
+            ))),
+        }
+    }
+
+    /// Returns the list with more files.
+    fn with(self, names: &[PathBuf]) -> String {
+        let mut all = self.0;
+        all.extend(names.iter().cloned());
+        all.iter()
+            .map(|name| format!("{}\n", name.display()))
+            .collect()
     }
 }
 

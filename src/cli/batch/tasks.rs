@@ -11,7 +11,7 @@ use crate::args::{RenderArgs, TileChoice, TileGrid};
 use crate::error::CliError;
 use clap::Command;
 use std::collections::HashMap;
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::path::{Component, Path, PathBuf};
 
 /// The axes of a job. A task's number counts its tile, frame, draw, view, variant and scene, in this
@@ -332,12 +332,19 @@ impl Tasks {
         Ok(options.iter().filter_map(first).collect())
     }
 
+    fn file_name(&self, task: &Task) -> Option<&OsStr> {
+        self.scenes[task.scene].file_name()
+    }
+
     /// Says what tells two tasks apart that would write the same picture.
     fn same(&self, a: u32, b: u32) -> String {
         let (a, b) = (self.task(a), self.task(b));
         let has = |field| self.template.has(field);
         let (field, place) = match (a.scene != b.scene, a.variant != b.variant, a.view != b.view) {
             (true, ..) if !has(Field::Scene) && !has(Field::File) => (Field::Scene, "{scene}"),
+            (true, ..) if !has(Field::File) && self.file_name(&a) != self.file_name(&b) => {
+                (Field::File, "{file}")
+            }
             (true, ..) => (Field::Folder, "{folder}"),
             (_, true, _) => (Field::Variant, "{variant}"),
             (_, _, true) => (Field::Camera, "{camera}"),

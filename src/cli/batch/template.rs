@@ -95,8 +95,14 @@ impl Template {
     /// Fills the places. Names that hold what a path must not are changed there.
     pub fn filled<'a>(&self, value: impl Fn(Field) -> Value<'a>) -> String {
         let mut text = String::new();
+        // Of no folder, the / after it is left out, too.
+        let mut is_empty = false;
         for piece in &self.0 {
+            let follows = std::mem::take(&mut is_empty);
             match piece {
+                Piece::Text(piece) if follows => {
+                    text.push_str(piece.strip_prefix('/').unwrap_or(piece));
+                }
                 Piece::Text(piece) => text.push_str(piece),
                 Piece::Field(field, digits) => match value(*field) {
                     Value::Name(name) => text.push_str(&one_name(name)),
@@ -106,7 +112,10 @@ impl Template {
                             Component::Normal(name) => Some(one_name(&name.to_string_lossy())),
                             _ => None,
                         });
-                        text.push_str(&names.collect::<PathBuf>().to_string_lossy());
+                        let path: PathBuf = names.collect();
+                        is_empty =
+                            path.as_os_str().is_empty() && (text.is_empty() || text.ends_with('/'));
+                        text.push_str(&path.to_string_lossy());
                     }
                 },
             }
@@ -187,6 +196,13 @@ mod tests {
         assert_eq!(filled("{folder}/{camera}.exr"), "x/y/_.._up_1.exr");
         assert_eq!(filled("{variant}{task:05}{frame}"), "_1234567");
         assert_eq!(filled("x"), "x");
+        let here = |template: &str| {
+            let template = Template::parse(template).unwrap();
+            template.of_scene(Path::new("a.stl"))
+        };
+        assert_eq!(here("{folder}/{scene}.png"), "a.png");
+        assert_eq!(here("x/{folder}/{scene}.png"), "x/a.png");
+        assert_eq!(here("x{folder}/{scene}.png"), "x/a.png");
     }
 
     #[test]

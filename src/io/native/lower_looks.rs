@@ -58,8 +58,21 @@ pub(super) fn sky(
     let sky = &row.value;
     let scale = scale(source, &sky.scale)?;
     let towards = not_zero(source, "sun_direction", &sky.sun_direction)?;
+    if towards.y < 0.0 {
+        return Err(source.error(
+            sky.sun_direction.at,
+            "sun_direction points below the horizon, and this sky is of the day; give it a y of 0 or more",
+        ));
+    }
     let ground = sky.ground.unwrap_or([0.3; 3]);
-    let turbidity = sky.turbidity.unwrap_or(3.0);
+    let turbidity = match &sky.turbidity {
+        None => 3.0,
+        Some(given) if (1.7..=10.0).contains(&given.value) => given.value,
+        Some(given) => {
+            let message = format!("turbidity is {}; it must be from 1.7 to 10", given.value);
+            return Err(source.error(given.at, message));
+        }
+    };
     let (map, mut sun) = clear_sky(towards.to_array(), turbidity, ground);
     scene.environment(Environment { scale, ..map });
     if let Light::Directional { irradiance, .. } = &mut sun {

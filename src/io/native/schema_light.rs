@@ -30,10 +30,10 @@ pub struct Environment {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sky {
-    /// The direction towards the sun, of any length but 0; on the horizon at least.
+    /// The direction towards the sun, of any length but 0; not below the horizon.
     pub sun_direction: At<Triple>,
-    /// How hazy the air is, from 2 (very clear) to 10; 3 if absent.
-    pub turbidity: Option<f64>,
+    /// How hazy the air is, from 1.7 (as clear as air can be) to 10; 3 if absent.
+    pub turbidity: Option<At<f64>>,
     /// The colour of the ground below the horizon; 0.3 grey if absent.
     pub ground: Option<Color>,
     /// A factor of the radiance and of the sun, or one for each of red, green and blue, 0 or greater;

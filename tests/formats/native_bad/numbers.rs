@@ -8,6 +8,14 @@ fn numbers_that_are_no_scene() {
     let placed = |steps: &str| format!("{}transform = [{steps}]\n", toml(""));
     all(&[
         (
+            toml("[[light]]\nsky = { sun_direction = [0, -1, 0] }"),
+            &["sun_direction points below the horizon"],
+        ),
+        (
+            toml("[[light]]\nsky = { sun_direction = [0, 1, 0], turbidity = 1e9 }"),
+            &["turbidity is 1000000000; it must be from 1.7 to 10"],
+        ),
+        (
             shape("sphere = { center = [nan, 0, 0], radius = 1 }"),
             &["scene.toml:2:30: NaN is not a finite number"],
         ),

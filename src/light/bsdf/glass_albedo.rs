@@ -33,6 +33,15 @@ static POINTS: LazyLock<[[[f32; 4]; LATTICE[0] as usize]; 2]> =
 /// in the mean), and with this no glass makes light.
 const ROUND_RETURN: f32 = 0.98;
 
+/// Makes the tables that [`glass_gain`] reads, so that no path waits for them or allocates.
+pub fn make_tables(is_round: bool) {
+    if is_round {
+        LazyLock::force(&TABLE);
+    } else {
+        LazyLock::force(&POINTS);
+    }
+}
+
 /// Computes the factor of rough glass as seen from `out` that gives back what its facets lose by
 /// scattering only once, 1/G; 1 where the indices match. `eta` is the index of the far side over
 /// that of the near one, `round_alpha` the α of a round lobe.
@@ -80,7 +89,7 @@ fn summed<L: Lanes<Scalar = f32>>(ggx: &Ggx<L>, out: Vec3<L>, eta: L, points: us
 fn table_row(row: usize) -> [[f32; NODES[2]]; NODES[1]] {
     type L = f32x8;
     let part = |i: usize, count: usize| i as f64 / (count - 1) as f64;
-    let alpha = part(row, NODES[0]).powf(8.0 / 3.0).max(1e-4);
+    let alpha = libm::pow(part(row, NODES[0]), 8.0 / 3.0).max(1e-4);
     let wide = 3.0 * alpha;
     let mus: [f32; NODES[2]] = std::array::from_fn(|column| {
         let t = part(column, NODES[2]).powi(2);

@@ -15,7 +15,7 @@ use super::diffuse::{Eon, EonColor};
 use super::film::Film;
 use super::fresnel::{schlick, unit_interval};
 use super::glass::{Glass, Shares, clamped_eta, is_matched};
-use super::glass_albedo::glass_gain;
+use super::glass_albedo::{glass_gain, make_tables};
 use super::microfacet::{Ggx, mirrored_pdf, visibility};
 use super::sheen::Sheen;
 use super::{Evaluated, Looks, Variation, mean};
@@ -121,16 +121,21 @@ impl Layered {
         let sheen = layers.sheen_color.map(clamped);
         let (sin, cos) = sin_cos_turns(layers.anisotropy_rotation / std::f32::consts::TAU);
         let colored = |c: Rgb| c.iter().any(|c| *c > 0.0);
+        let glass = dielectric && transmission > 0.0;
+        let smooth = looks.roughness == 0.0 && anisotropy == 0.0;
+        if glass && !layers.thin_walled && (!smooth || textured) {
+            make_tables(anisotropy == 0.0);
+        }
         Layered {
             metal,
             opaque,
             diffuse: opaque && through < 1.0 && colored(looks.base_color),
             diffuse_through: opaque && through > 0.0 && colored(layers.diffuse_transmission_color),
             gloss: metal || opaque && specular > 0.0,
-            glass: dielectric && transmission > 0.0,
+            glass,
             albedo: (!textured && anisotropy == 0.0)
                 .then(|| AlbedoRow::new(looks.roughness * looks.roughness)),
-            smooth: looks.roughness == 0.0 && anisotropy == 0.0,
+            smooth,
             f0,
             f90: specular,
             transmission,

@@ -7,7 +7,7 @@ use super::records::{Known, Record, Standing};
 use super::tasks::Tasks;
 use crate::error::CliError;
 use crate::output::Results;
-use lanecast_io::SaveError;
+use lanecast_io::{Outputs, SaveError};
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -70,8 +70,10 @@ pub fn merge(
     for name in &names {
         merged.check_is_ours(out, name)?;
     }
-    let list = out.join(Merged::LIST);
-    (results.outputs).add(&list, merged.with(&names).into_bytes())?;
+    // First, so that a merge that is killed between its files can be done again.
+    let mut list = Outputs::default();
+    list.add(&out.join(Merged::LIST), merged.with(&names).into_bytes())?;
+    list.commit()?;
     let written = names.iter().map(|name| out.join(name));
     let written: Vec<String> = written.map(|path| path.display().to_string()).collect();
     results.commit(&format!(

@@ -29,7 +29,7 @@ pub struct BatchArgs {
     pub shard: Option<Shard>,
     /// Render nothing, and join the records of all runs into DIR/records.jsonl; exit code 1 and a
     /// list if tasks are missing
-    #[arg(long, conflicts_with_all = ["check", "tasks", "shard"])]
+    #[arg(long, conflicts_with_all = ["check", "shard"])]
     pub merge: bool,
     /// Read what is done already, and do again what has other bytes than its record says
     #[arg(long)]

@@ -369,6 +369,27 @@ fn two_plates() {
     check_within(3e-3, "plates", scene, 200, (e1 + r1 * e2) / (1.0 - r1 * r2));
 }
 
+/// A ball in a white sky, seen through its middle.
+fn ball_in_a_furnace(material: Material) -> SceneBuilder {
+    let mut scene = SceneBuilder::default();
+    let ball = scene.sphere(
+        "",
+        Sphere {
+            center: DVec3::ZERO,
+            radius: 1.0,
+        },
+    );
+    let white = scene.material("", material);
+    scene.instance("", Edge::shape(ball).material(white));
+    scene.environment(Environment::uniform([1.0; 3]));
+    window(
+        &mut scene,
+        DVec3::new(0.3, 0.2, 2.0),
+        DVec3::new(0.3, 0.2, 0.0),
+    );
+    scene
+}
+
 #[test]
 fn a_white_ball_in_a_white_furnace() {
     for material in [
@@ -379,23 +400,7 @@ fn a_white_ball_in_a_white_furnace() {
             ..Material::metallic_roughness([1.0; 3], 0.0, 0.0)
         },
     ] {
-        let mut scene = SceneBuilder::default();
-        let ball = scene.sphere(
-            "",
-            Sphere {
-                center: DVec3::ZERO,
-                radius: 1.0,
-            },
-        );
-        let white = scene.material("", material);
-        scene.instance("", Edge::shape(ball).material(white));
-        scene.environment(Environment::uniform([1.0; 3]));
-        window(
-            &mut scene,
-            DVec3::new(0.3, 0.2, 2.0),
-            DVec3::new(0.3, 0.2, 0.0),
-        );
-        check("furnace", scene, 100, 1.0);
+        check("furnace", ball_in_a_furnace(material), 100, 1.0);
     }
 }
 
@@ -404,26 +409,11 @@ fn a_white_ball_in_a_white_furnace() {
 #[test]
 fn a_frosted_ball_in_a_white_furnace() {
     for roughness in [0.3, 0.5, 0.7, 1.0] {
-        let mut scene = SceneBuilder::default();
-        let ball = scene.sphere(
-            "",
-            Sphere {
-                center: DVec3::ZERO,
-                radius: 1.0,
-            },
-        );
         let frosted = Material {
             transmission: 1.0,
             ..Material::metallic_roughness([1.0; 3], 0.0, roughness)
         };
-        let frosted = scene.material("", frosted);
-        scene.instance("", Edge::shape(ball).material(frosted));
-        scene.environment(Environment::uniform([1.0; 3]));
-        window(
-            &mut scene,
-            DVec3::new(0.3, 0.2, 2.0),
-            DVec3::new(0.3, 0.2, 0.0),
-        );
+        let scene = ball_in_a_furnace(frosted);
         let (mean, error) = seen(&scene.finish().unwrap(), 100);
         println!("frosted at {roughness}: {mean:.7} ± {error:.1e}");
         assert!(

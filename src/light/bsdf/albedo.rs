@@ -200,7 +200,7 @@ pub fn mirror_albedo<L: Lanes<Scalar = f32>>(mu: L) -> Albedo<L> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
     /// Integrates E and B by the midpoint rule over the square by which visible normals are
@@ -250,14 +250,25 @@ mod tests {
         }
     }
 
-    /// Integrates E of a lobe with two α, as seen from an azimuth in turns, by the midpoint rule.
-    fn integrate_stretched(mu: f64, turn: f64, [ax, ay]: [f64; 2], n: usize) -> f64 {
+    /// Integrates over the normals of a lobe with two α that are visible from an azimuth in turns, by
+    /// the midpoint rule. `f` gets the direction to the viewer, a normal, and what gives a direction's
+    /// share of light that is not shadowed, G₂/G₁.
+    pub fn over_visible_normals(
+        [mu, turn]: [f64; 2],
+        [ax, ay]: [f64; 2],
+        n: usize,
+        f: impl Fn([f64; 3], [f64; 3], &dyn Fn([f64; 3]) -> f64) -> f64,
+    ) -> f64 {
         let across = (1.0 - mu * mu).max(0.0).sqrt();
         let (sin, cos) = (turn * std::f64::consts::TAU).sin_cos();
         let out = [across * cos, across * sin, mu];
         let stretch = |w: [f64; 3]| libm::hypot(libm::hypot(ax * w[0], ay * w[1]), w[2]);
         let size = stretch(out);
         let seen = [ax * out[0] / size, ay * out[1] / size, mu / size];
+        let shadowed = |w: [f64; 3]| match w[2] > 0.0 {
+            true => w[2] * (mu + size) / (w[2] * size + mu * stretch(w)),
+            false => 0.0,
+        };
         let mut sum = 0.0;
         for (i, j) in (0..n * n).map(|k| (k % n, k / n)) {
             let (sin, cos) = ((j as f64 + 0.5) / n as f64 * std::f64::consts::TAU).sin_cos();
@@ -270,14 +281,17 @@ mod tests {
                 z + seen[2],
             ];
             let length = libm::hypot(libm::hypot(h[0], h[1]), h[2]);
-            let h = h.map(|c| c / length);
-            let o_h = out[0] * h[0] + out[1] * h[1] + out[2] * h[2];
-            let l = [0, 1, 2].map(|k| 2.0 * o_h * h[k] - out[k]);
-            if l[2] > 0.0 {
-                sum += 3.0 * rest * rest * l[2] * (mu + size) / (l[2] * size + mu * stretch(l));
-            }
+            sum += 3.0 * rest * rest * f(out, h.map(|c| c / length), &shadowed);
         }
         sum / (n * n) as f64
+    }
+
+    /// Integrates E of a lobe with two α.
+    fn integrate_stretched(mu: f64, turn: f64, alphas: [f64; 2], n: usize) -> f64 {
+        over_visible_normals([mu, turn], alphas, n, |out, h, shadowed| {
+            let o_h = out[0] * h[0] + out[1] * h[1] + out[2] * h[2];
+            shadowed([0, 1, 2].map(|k| 2.0 * o_h * h[k] - out[k]))
+        })
     }
 
     /// What a white stretched metal reflects in a white furnace: with what is given back.

@@ -144,47 +144,24 @@ fn interpolated<L: Lanes<Scalar = f32>>(mu: L, alpha: L, eta: L) -> L {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bsdf::albedo::tests::over_visible_normals;
 
-    /// Integrates what clear glass reflects and transmits, as seen from an azimuth in turns, by the
-    /// midpoint rule.
-    fn integrate_glass([mu, turn]: [f64; 2], [ax, ay]: [f64; 2], eta: f64, n: usize) -> f64 {
-        let across = (1.0 - mu * mu).max(0.0).sqrt();
-        let (sin, cos) = (turn * std::f64::consts::TAU).sin_cos();
-        let out = [across * cos, across * sin, mu];
-        let stretch = |w: [f64; 3]| libm::hypot(libm::hypot(ax * w[0], ay * w[1]), w[2]);
-        let size = stretch(out);
-        let seen = [ax * out[0] / size, ay * out[1] / size, mu / size];
-        let shadowed = |w: [f64; 3]| match w[2] > 0.0 {
-            true => w[2] * (mu + size) / (w[2] * size + mu * stretch(w)),
-            false => 0.0,
-        };
-        let mut sum = 0.0;
-        for (i, j) in (0..n * n).map(|k| (k % n, k / n)) {
-            let (sin, cos) = ((j as f64 + 0.5) / n as f64 * std::f64::consts::TAU).sin_cos();
-            let rest = 1.0 - (i as f64 + 0.5) / n as f64;
-            let z = rest.powi(3) * (1.0 + seen[2]) - seen[2];
-            let r = (1.0 - z * z).max(0.0).sqrt();
-            let h = [
-                ax * (r * cos + seen[0]),
-                ay * (r * sin + seen[1]),
-                z + seen[2],
-            ];
-            let length = libm::hypot(libm::hypot(h[0], h[1]), h[2]);
-            let h = h.map(|c| c / length);
+    /// Integrates what clear glass reflects and transmits, as seen from an azimuth in turns.
+    fn integrate_glass(seen: [f64; 2], alphas: [f64; 2], eta: f64, n: usize) -> f64 {
+        over_visible_normals(seen, alphas, n, |out, h, shadowed| {
             let o_h = out[0] * h[0] + out[1] * h[1] + out[2] * h[2];
             let up = shadowed([0, 1, 2].map(|k| 2.0 * o_h * h[k] - out[k]));
             let sine = (1.0 - o_h * o_h) / (eta * eta);
-            let (mut reflectance, mut down) = (1.0, 0.0);
-            if sine < 1.0 {
-                let inner = (1.0 - sine).sqrt();
-                let s = (o_h - eta * inner) / (o_h + eta * inner);
-                let p = (eta * o_h - inner) / (eta * o_h + inner);
-                reflectance = 0.5 * (s * s + p * p);
-                down = shadowed([0, 1, 2].map(|k| out[k] / eta - h[k] * (o_h / eta - inner)));
+            if sine >= 1.0 {
+                return up;
             }
-            sum += 3.0 * rest * rest * (reflectance * up + (1.0 - reflectance) * down);
-        }
-        sum / (n * n) as f64
+            let inner = (1.0 - sine).sqrt();
+            let s = (o_h - eta * inner) / (o_h + eta * inner);
+            let p = (eta * o_h - inner) / (eta * o_h + inner);
+            let reflectance = 0.5 * (s * s + p * p);
+            let down = shadowed([0, 1, 2].map(|k| out[k] / eta - h[k] * (o_h / eta - inner)));
+            reflectance * up + (1.0 - reflectance) * down
+        })
     }
 
     /// What clear frosted glass makes of a white furnace, from outside and from inside.

@@ -398,7 +398,7 @@ fn a_sheet_of_index_1_5_reflects_a_thirteenth() {
     assert!((shares.reflected[0] - 1.0 / 13.0).abs() < 1e-7);
 }
 
-/// Rough glass is given back nearly all that its facets lose (albedo.rs), and gains nothing.
+/// Rough glass is given back nearly all that its facets lose (glass_albedo.rs), and gains nothing.
 #[test]
 fn rough_glass_makes_no_light() {
     for roughness in [0.1, 0.5, 1.0] {

@@ -33,6 +33,12 @@ pub fn run(args: &ExportArgs, render: clap::Command) -> Result<(), CliError> {
     if let Some(path) = &args.msh {
         return msh(args, path, &scene, &instances);
     }
+    if scene.moves() {
+        complain(&format!(
+            "warning: {}: what moves is exported as it is at the beginning, and without its shutter",
+            args.scene.display()
+        ));
+    }
     let lighting = match args.mitsuba {
         Some(_) => Lighting::Studio,
         None => Lighting::Headlight,

@@ -8,10 +8,10 @@ use super::output::complain;
 use super::progress::{Drawing, Style};
 use super::{interrupt, scene};
 use lanecast_engine::accel::{BuildQuality, KdQuality, Structure, World};
-use lanecast_io::{LoadError, LoadOptions, clipped};
+use lanecast_io::{Animated, Curves, LoadError, LoadOptions, ZUp, clipped};
 use lanecast_measure::{InstanceNames, PlanSummary, SceneCounts, Stats, Watch};
 use lanecast_model::plan::{Plan, PlanError, plan};
-use lanecast_model::scene::{Camera, Instances, Lighting, Projection, Scene, builtin};
+use lanecast_model::scene::{Camera, Instances, Lighting, Material, Projection, Scene, builtin};
 use lanecast_picture::render::{Grid, Inspection, Integrator, Progress, RenderConfig, View};
 pub use lanecast_picture::tracer::structure;
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -54,25 +54,37 @@ pub fn load(
 ) -> Result<Scene, CliError> {
     let scene = match path {
         Some(path) => scene::load(path, options)?,
-        None if options.variant.is_some() => {
-            return Err(CliError::Usage(
-                "--variant is of a glTF file, and no scene is named; name one, or leave it out"
-                    .into(),
-            ));
-        }
-        None if options.animation.as_ref().is_some_and(|a| a.name.is_some()) => {
-            return Err(CliError::Usage(
-                "--animation is of a glTF file, and no scene is named; name one, or leave it out"
-                    .into(),
-            ));
-        }
         None => {
+            refuse_of_files(options)?;
             let scene = builtin().map_err(|e| CliError::Usage(e.to_string()))?;
             clipped(scene, options, named(path), None)?.scene
         }
     };
     stats.stages.push(watch.stage("load"));
     Ok(scene)
+}
+
+/// Refuses options of reading files, where there is none.
+fn refuse_of_files(options: &LoadOptions) -> Result<(), CliError> {
+    let is_named = |animation: &Animated| animation.name.is_some();
+    let given = [
+        ("--format", options.given.is_some()),
+        ("--variant", options.variant.is_some()),
+        (
+            "--animation",
+            options.animation.as_ref().is_some_and(is_named),
+        ),
+        ("--point-radius", options.point_radius.is_some()),
+        ("--z-up", options.z_up != ZUp::Never),
+        ("--scad-curves", options.scad_curves != Curves::default()),
+        ("--allow-outside", options.allow_outside),
+    ];
+    match given.iter().find(|(_, is)| *is) {
+        Some((name, _)) => Err(CliError::Usage(format!(
+            "{name} is of a file, and no scene is named; name one, or leave it out"
+        ))),
+        None => Ok(()),
+    }
 }
 
 /// Returns what messages call a scene.
@@ -204,7 +216,17 @@ pub fn warn_of_losses(scene: &Scene, config: &RenderConfig, hatches: bool) {
              --hatch",
         );
     }
-    let layers = beyond_direct(scene);
+    let mut layers = beyond_direct(scene);
+    // Of corners another warning tells these.
+    if config.grid == Grid::Centers {
+        let shines = |m: &Material| m.emission != [0.0; 3];
+        let is_lit = scene.materials.rows.iter().any(shines);
+        let lost = [
+            ("the environment", scene.environment.is_some()),
+            ("the light of things that shine", is_lit),
+        ];
+        layers.extend(lost.iter().filter(|(_, is)| *is).map(|(what, _)| *what));
+    }
     if config.integrator == Integrator::Direct && !layers.is_empty() {
         complain(&format!(
             "warning: direct light does not show {}; --integrator path does",

@@ -47,9 +47,15 @@ fn warn_of_idle_options(path: &Path, options: &LoadOptions) {
         return;
     };
     // Files of the native format may place any others.
-    let is_native = ["toml", "json"].contains(&&format[..]);
-    let idle =
-        |is_given: bool, heed: &[&str]| is_given && !is_native && !heed.contains(&&format[..]);
+    let mut formats = vec![format];
+    if ["toml", "json"].contains(&&formats[0][..]) {
+        let placed = options.reads.files();
+        let endings = placed.iter().filter_map(|file| file.extension());
+        formats.extend(endings.map(|e| e.to_string_lossy().to_lowercase()));
+    }
+    let idle = |is_given: bool, heed: &[&str]| {
+        is_given && !formats.iter().any(|format| heed.contains(&&format[..]))
+    };
     let facets = options.scad_curves != Curves::default();
     for (name, is_idle, what) in [
         (

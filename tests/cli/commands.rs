@@ -170,6 +170,10 @@ fn wrong_arguments() {
             "with --accel kd",
         ),
         (
+            small(&["--accel", "kd", "--kd-leaf", "1"]),
+            "--kd-leaf is for --kd-stop count and both",
+        ),
+        (
             vec!["bench", "x.toml", "--accels", "bvh,grid", "--kd-depth", "3"],
             "with --accel kd",
         ),
@@ -246,7 +250,27 @@ fn wrong_arguments() {
         (vec!["convert", "x.toml", "x.pov"], ".toml or .json"),
         (
             vec!["render", "--variant", "x"],
-            "--variant is of a glTF file, and no scene is named",
+            "--variant is of a file, and no scene is named",
+        ),
+        (
+            vec!["plan", "--animation", "x"],
+            "--animation is of a file, and no scene is named",
+        ),
+        (
+            vec!["render", "--point-radius", "1"],
+            "--point-radius is of a file, and no scene is named",
+        ),
+        (
+            vec!["render", "--z-up"],
+            "--z-up is of a file, and no scene is named",
+        ),
+        (
+            vec!["render", "--integrator", "ao", "--max-bounces", "2"],
+            "--max-bounces is of light, which --integrator ao does not follow",
+        ),
+        (
+            vec!["render", "--integrator", "normals", "--sampler", "sobol"],
+            "leave out --sampler",
         ),
         (vec!["bench"], "required"),
         (vec!["bench", "--mesh", "a.msh"], "required"),

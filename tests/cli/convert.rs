@@ -153,3 +153,45 @@ fn convert_overwrites_nothing_that_it_reads() {
         mesh
     );
 }
+
+/// What an animation of a glTF file moves has keys in the native scene.
+#[test]
+fn animations_are_converted() {
+    let folder = folder();
+    let gltf = r#"{ "asset": { "version": "2.0" }, "scenes": [{ "nodes": [0] }], "nodes": [{ "mesh": 0 }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 } }] }],
+        "animations": [{ "name": "slide", "samplers": [{ "input": 1, "output": 2 }],
+            "channels": [{ "sampler": 0, "target": { "node": 0, "path": "translation" } }] }],
+        "accessors": [
+            { "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0] },
+            { "bufferView": 1, "componentType": 5126, "count": 2, "type": "SCALAR", "min": [0], "max": [1] },
+            { "bufferView": 2, "componentType": 5126, "count": 2, "type": "VEC3" }],
+        "bufferViews": [{ "buffer": 0, "byteLength": 36 }, { "buffer": 0, "byteOffset": 36, "byteLength": 8 },
+            { "buffer": 0, "byteOffset": 44, "byteLength": 24 }],
+        "buffers": [{ "byteLength": 68, "uri": "data:application/octet-stream;base64,B64" }] }"#;
+    let gltf = gltf.replace("B64", "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAABAAAAAAAAAAAA=");
+    fs::write(folder.path().join("a.gltf"), gltf).unwrap();
+    let still = lanecast(folder.path(), &["convert", "a.gltf", "still.toml"]);
+    assert!(
+        stderr(&still).contains("1 × animation (see --animation)"),
+        "{}",
+        stderr(&still)
+    );
+    let moving = ["convert", "a.gltf", "moving.toml", "--animation", "slide"];
+    let moving = lanecast(folder.path(), &moving);
+    assert!(moving.status.success(), "{}", stderr(&moving));
+    assert_eq!(stderr(&moving), "");
+    let frames = |scene: &str, more: &[&str], name: &str| {
+        let picture = format!("{name}.png");
+        let arguments = [
+            "render", scene, "--frames", "3", "--size", "48x32", "--spp", "2", "-o", &picture,
+        ];
+        let output = lanecast(folder.path(), &[&arguments, more].concat());
+        assert!(output.status.success(), "{scene}: {}", stderr(&output));
+        let frame = |i: u32| fs::read(folder.path().join(format!("{name}_{i:04}.png"))).unwrap();
+        [0, 1, 2].map(frame)
+    };
+    let expected = frames("a.gltf", &["--animation", "slide"], "a");
+    assert!(expected[0] != expected[1] && expected[1] != expected[2]);
+    assert!(frames("moving.toml", &[], "b") == expected);
+}

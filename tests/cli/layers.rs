@@ -413,3 +413,42 @@ fn what_meets_nothing_has_the_largest_id() {
         assert_eq!((ids[0], ids[40]), (u32::MAX, 0), "{name}");
     }
 }
+
+/// What direct light leaves out of a scene is told, and what an exporter does of a moving one.
+#[test]
+fn what_is_left_out_is_told() {
+    let folder = folder();
+    let path = folder.path();
+    let scene = "format = 1\n[shape.ball]\nsphere = { center = [0, 0, 0], radius = 1 }\n\
+                 [material.lamp]\nemission = [1, 1, 1]\n[[light]]\nenvironment = { color = [0, 1, 0] }\n\
+                 [[instance]]\nshape = \"ball\"\nmaterial = \"lamp\"\n\
+                 motion = [{ at = 1, transform = [{ translate = [1, 0, 0] }] }]\n";
+    fs::write(path.join("s.toml"), scene).unwrap();
+    let small = [
+        "render",
+        "s.toml",
+        "--size",
+        "8x8",
+        "--spp",
+        "1",
+        "--integrator",
+    ];
+    let direct = lanecast(path, &[&small[..], &["direct"]].concat());
+    let told = "direct light does not show the environment, the light of things that shine";
+    assert!(stderr(&direct).contains(told), "{}", stderr(&direct));
+    let whole = lanecast(path, &[&small[..], &["path"]].concat());
+    assert_eq!(stderr(&whole), "");
+    for export in [["--pov", "s.pov"], ["--mitsuba", "s.xml"]] {
+        let output = lanecast(path, &[&["export", "s.toml"][..], &export].concat());
+        let told = stderr(&output);
+        assert!(
+            told.contains("what moves is exported as it is at the beginning"),
+            "{told}"
+        );
+    }
+    let none = lanecast(path, &["export", "s.toml"]);
+    assert_eq!(none.status.code(), Some(2));
+    for option in ["--pov", "--mitsuba", "--msh", "--openjd"] {
+        assert!(stderr(&none).contains(option), "{}", stderr(&none));
+    }
+}

@@ -12,9 +12,8 @@ use crate::output::Sink;
 use crate::progress::Style;
 use clap::{Args, value_parser};
 use lanecast_engine::accel::{BuildQuality, KdClip, KdQuality, KdStop};
-use lanecast_io::{Animated, LoadOptions};
+use lanecast_io::LoadOptions;
 use lanecast_model::plan::{Accel, Choices, LaneCount, Precision};
-use lanecast_model::scene::Timeline;
 use lanecast_numerics::roots::Solver;
 use lanecast_picture::render::{Grid, RenderConfig};
 use std::path::PathBuf;
@@ -157,13 +156,6 @@ pub struct CommonArgs {
     pub json: Option<Sink>,
     #[command(flatten)]
     pub view: ViewArgs,
-    /// Variant of a glTF file's materials (KHR_materials_variants) [default: none]
-    #[arg(long, value_name = "NAME")]
-    pub variant: Option<String>,
-    /// Animation of a glTF file, by its name or its number from 0 [default: of --frames and
-    /// --shutter the first, else none, and things are as at rest]
-    #[arg(long, value_name = "NAME|INDEX")]
-    pub animation: Option<String>,
 }
 
 impl CommonArgs {
@@ -204,6 +196,12 @@ impl CommonArgs {
                     .into(),
             ));
         }
+        if self.kd_leaf.is_some() && !matches!(self.kd_stop, Some(KdStop::Count | KdStop::Both)) {
+            return Err(CliError::Usage(
+                "--kd-leaf is for --kd-stop count and both; ask for one of them, or leave it out"
+                    .into(),
+            ));
+        }
         Ok(RenderConfig {
             width: size.width,
             height: size.height,
@@ -235,16 +233,7 @@ impl CommonArgs {
     }
 
     pub fn load_options(&self, outputs: Vec<PathBuf>) -> LoadOptions {
-        LoadOptions {
-            variant: self.variant.clone(),
-            animation: self.animation.as_ref().map(|name| Animated {
-                name: Some(name.clone()),
-                timeline: Timeline::whole(1),
-                margin: 0,
-                blurs: false,
-            }),
-            ..self.import.load_options(outputs)
-        }
+        self.import.load_options(outputs)
     }
 
     /// Returns the destinations of all results other than pictures.

@@ -4,9 +4,9 @@ use super::values::{one_of, parse_positive, parse_scad_curves, parse_z_up};
 use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use glam::DVec3;
-use lanecast_io::{Curves, FORMATS, Given, LoadOptions, ZUp};
+use lanecast_io::{Animated, Curves, FORMATS, Given, LoadOptions, ZUp};
 use lanecast_model::geom::HalfSpace;
-use lanecast_model::scene::Hatch;
+use lanecast_model::scene::{Hatch, Timeline};
 use std::path::PathBuf;
 
 /// What messages call a scene that comes from standard input; a file of this name is `./<stdin>`.
@@ -42,6 +42,13 @@ pub struct ImportArgs {
     /// beside each other differ in direction
     #[arg(long, value_name = "SPACING", value_parser = parse_hatch, requires = "clip")]
     pub hatch: Option<Hatch>,
+    /// Variant of a glTF file's materials (KHR_materials_variants) [default: none]
+    #[arg(long, value_name = "NAME")]
+    pub variant: Option<String>,
+    /// Animation of a glTF file, by its name or its number from 0 [default: of --frames and
+    /// --shutter the first, else none, and things are as at rest]
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub animation: Option<String>,
 }
 
 impl ImportArgs {
@@ -49,6 +56,13 @@ impl ImportArgs {
         LoadOptions {
             allow_outside: self.allow_outside,
             outputs,
+            variant: self.variant.clone(),
+            animation: self.animation.as_ref().map(|name| Animated {
+                name: Some(name.clone()),
+                timeline: Timeline::whole(1),
+                margin: 0,
+                blurs: false,
+            }),
             point_radius: self.point_radius,
             z_up: self.z_up.unwrap_or_default(),
             scad_curves: self.scad_curves.unwrap_or_default(),

@@ -41,7 +41,7 @@ pub struct LightArgs {
     #[arg(long, value_name = "NOISE", value_parser = parse_noise, conflicts_with = "spp")]
     pub noise: Option<f32>,
     /// Most samples per pixel of --noise [default: 1024]
-    #[arg(long, value_name = "N", requires = "noise", value_parser = value_parser!(u32).range(1..=65_536))]
+    #[arg(long, value_name = "N", requires = "noise", conflicts_with = "spp", value_parser = value_parser!(u32).range(1..=65_536))]
     pub max_spp: Option<u32>,
     /// Interpolate light that surfaces have reflected to matte ones between records of a cache:
     /// irradiance (quick, and off by a little), or unbiased (some paths go on, and make up for
@@ -97,6 +97,8 @@ impl LightArgs {
             ("--samples", self.samples.is_some()),
             ("--noise", self.noise.is_some()),
             ("--max-bounces", self.max_bounces.is_some()),
+            ("--sampler", self.sampler.is_some()),
+            ("--filter", self.filter.is_some()),
         ];
         match given.iter().find(|(_, is)| *is) {
             Some((name, _)) => Err(CliError::Usage(format!(
@@ -153,6 +155,12 @@ impl LightArgs {
         if self.cache.is_some() && integrator != Integrator::Path {
             return Err(CliError::Usage(
                 "--cache is for --integrator path; leave it out, or ask for that".into(),
+            ));
+        }
+        if integrator == Integrator::Ao && self.max_bounces.is_some() {
+            return Err(CliError::Usage(
+                "--max-bounces is of light, which --integrator ao does not follow; leave it out"
+                    .into(),
             ));
         }
         let adaptive = self.noise.map(|noise| Adaptive {

@@ -48,7 +48,7 @@ use development::DevelopmentArgs;
 use glam::DVec3;
 use import::{ImportArgs, scene_path};
 use lanecast_engine::trace::Caching;
-use lanecast_io::LoadOptions;
+use lanecast_io::{Animated, LoadOptions};
 use lanecast_model::plan::{LaneCount, Precision};
 use lanecast_numerics::roots::{Interval, Solver};
 use lanecast_picture::render::{Backdrop, Grid, RenderConfig};
@@ -88,7 +88,7 @@ pub struct RenderArgs {
     pub development: DevelopmentArgs,
     /// What shows where camera rays meet nothing: auto (the scene's environment or
     /// background), transparent, white, black, or a linear colour R,G,B
-    #[arg(long, value_name = "WHAT", default_value = "auto", value_parser = parse_backdrop)]
+    #[arg(long, value_name = "WHAT", default_value = "auto", allow_hyphen_values = true, value_parser = parse_backdrop)]
     pub background: Backdrop,
     /// Seed of the sample positions
     #[arg(long, value_name = "N", default_value_t = 0)]
@@ -321,12 +321,21 @@ pub struct ConvertArgs {
 
 impl ConvertArgs {
     pub fn load_options(&self, outputs: Vec<PathBuf>) -> LoadOptions {
-        self.import.load_options(outputs)
+        let options = self.import.load_options(outputs);
+        // Of an animation all is written, whatever frames will be asked for.
+        let animation = options.animation.map(|animation| Animated {
+            blurs: true,
+            ..animation
+        });
+        LoadOptions {
+            animation,
+            ..options
+        }
     }
 }
 
 /// Options of `export` that jobs have in themselves, or have no use for.
-const OF_SCENES: [&str; 19] = [
+const OF_SCENES: [&str; 23] = [
     "msh",
     "pov",
     "mitsuba",
@@ -341,21 +350,26 @@ const OF_SCENES: [&str; 19] = [
     "up",
     "fov_y",
     "orthographic",
+    "format",
     "allow_outside",
     "point_radius",
+    "z_up",
     "scad_curves",
     "clip",
     "hatch",
+    "variant",
+    "animation",
 ];
 
 #[derive(Args)]
+#[command(group = clap::ArgGroup::new("target").required(true).args(["pov", "mitsuba", "msh", "openjd"]))]
 pub struct ExportArgs {
     /// .toml, .json, .gltf, .glb, .nff, .csg, .scad, .obj, .ply, .stl or .3mf, or - for standard input;
     /// with --openjd the .toml or .json of a job
     #[arg(value_parser = scene_path())]
     pub scene: PathBuf,
     /// Write a scene description for POV-Ray 3.7; - is standard output
-    #[arg(long, value_name = "FILE", required_unless_present_any = ["mitsuba", "msh", "openjd"], value_parser = Sink::parse)]
+    #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
     pub pov: Option<Sink>,
     /// Write a scene for Mitsuba 3: this XML file, and beside it meshes and maps whose names
     /// begin with the file's
@@ -414,7 +428,7 @@ pub const VERIFY_SIZE: Size = Size {
 
 impl RenderArgs {
     pub fn load_options(&self, outputs: Vec<PathBuf>) -> LoadOptions {
-        let name = self.common.animation.as_deref();
+        let name = self.common.import.animation.as_deref();
         LoadOptions {
             animation: self.sequence.animated(name, &self.shutter),
             ..self.common.load_options(outputs)

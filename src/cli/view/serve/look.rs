@@ -245,7 +245,7 @@ impl Base {
     /// Returns the command line of `probe` that tells of this ray; empty for the built-in scene,
     /// which `probe` cannot name.
     pub fn probe_command(&self, org: DVec3, dir: DVec3) -> String {
-        const SHARED: [(&str, bool); 7] = [
+        const SHARED: [(&str, bool); 9] = [
             ("--format", true),
             ("--allow-outside", false),
             ("--point-radius", true),
@@ -254,6 +254,8 @@ impl Base {
             ("--z-up", false),
             ("--clip", true),
             ("--hatch", true),
+            ("--variant", true),
+            ("--animation", true),
         ];
         let Some(scene) = &self.scene else {
             return String::new();

@@ -94,7 +94,7 @@ impl Model {
         let path = named(base.scene.as_deref());
         let options = LoadOptions {
             reads: asked.clone(),
-            animation: args.common.animation.as_deref().map(whole),
+            animation: args.common.import.animation.as_deref().map(whole),
             ..args.load_options(Vec::new())
         };
         let Loaded { scene, warning } = match &base.scene {
@@ -134,7 +134,7 @@ impl Model {
                 warning,
                 frames: frames(&scene),
                 has_shutter: scene.moves() && !cameras.shutters.is_empty(),
-                blurs: scene.moves() && args.common.animation.is_none(),
+                blurs: scene.moves() && args.common.import.animation.is_none(),
                 shutters: rows
                     .filter_map(|row| cameras.shutter(row as usize))
                     .map(|shutter| format!("{}..{}", shutter.open, shutter.close))

@@ -7,7 +7,7 @@
 
 use super::materials::{Material, Model, Rgb};
 use super::patterns::{Pattern, mixed};
-use super::textures::{Texturing, Wrap};
+use super::textures::{Slot, Texturing, Wrap};
 use super::{MaterialId, SceneBuilder};
 use crate::geom::HalfSpace;
 use crate::math::Affine;
@@ -116,12 +116,20 @@ fn hatched(
     let own = of.map_or(Material::default(), |id| tables.materials.rows[id.index()]);
     let name = of.and_then(|id| tables.materials.names.get(id.0));
     let name = name.map_or("hatched".to_owned(), |name| format!("{name} hatched"));
-    let pattern = of.and_then(|id| tables.textures.of(id)?.texturing.base_color);
+    let row = of.and_then(|id| tables.textures.of(id));
+    let pattern = row.and_then(|row| row.texturing.base_color);
     let paper = match own.model {
         Model::Phong { diffuse, .. } => diffuse,
         Model::MetallicRoughness { .. } => own.base_color,
     };
     let paper = pattern.map_or(paper, |id| tables.textures.pattern(id).mean());
+    let image = row.and_then(|row| row.refs.iter().find(|(slot, _)| *slot == Slot::BaseColor));
+    let paper = image.map_or(paper, |(_, texture)| {
+        let image = &tables.textures.images[texture.image.index()];
+        // Its smallest level is one texel.
+        let mean = tables.textures.texel(image, image.levels.len() - 1, 0, 0);
+        std::array::from_fn(|k| paper[k] * mean[k])
+    });
     let paper = paper.map(|c| c.clamp(0.0, 1.0));
     // Patterns are of this model.
     let model = match own.model {

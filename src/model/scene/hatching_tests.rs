@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::geom::{Cuboid, Sphere};
-use crate::scene::{Edge, Operand, Operator, Scene, Shape, ShapeId, Target};
+use crate::scene::{Edge, Operand, Operator, Scene, Shape, ShapeId, Target, Texels, TextureRef};
 use glam::DAffine3;
 
 const FRONT: HalfSpace = HalfSpace {
@@ -76,6 +76,28 @@ fn a_hatch_has_the_operands_colour_and_goes_at_45_degrees() {
         (way - DVec3::new(0.5_f64.sqrt(), 0.5_f64.sqrt(), 0.0)).length() < 1e-12,
         "{way}"
     );
+}
+
+/// An image cannot go on over the cut, so its mean does.
+#[test]
+fn a_hatch_has_the_mean_of_an_image() {
+    let mut builder = SceneBuilder::default();
+    let own = Material::metallic_roughness([1.0, 0.5, 1.0], 0.0, 0.5);
+    let own = builder.material("own", own);
+    let texels = Texels::Bytes(vec![255, 0, 0, 0, 0, 255]);
+    let image = builder.image(texels, 3, true, [2, 1]);
+    let refs = [(Slot::BaseColor, TextureRef::plain(image))];
+    builder.texture(own, Texturing::default(), &refs);
+    let block = block(&mut builder);
+    builder.instance("", Edge::shape(block).material(own));
+    let scene = cut(builder, None);
+    let [_, half] = operands(&scene, placed(&scene, 0)) else {
+        panic!("two operands")
+    };
+    let (colors, ..) = ramp(&scene, half.material.unwrap());
+    // 188 is the code next to half of the light.
+    let half = crate::scene::linear_from_srgb(188.0 / 255.0) as f32;
+    assert_eq!(colors[8], [half, 0.0, half]);
 }
 
 #[test]

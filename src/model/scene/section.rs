@@ -128,7 +128,8 @@ impl Section {
         all.map_or(0.0, |(least, most)| (most - least).max_element())
     }
 
-    /// Returns the planes that may cut a shape; `None` if it lies beyond one of them.
+    /// Returns the planes that may cut a shape; `None` if it lies beyond one of them, or beyond all that
+    /// several leave together.
     fn sides(&self, shape: ShapeId, world_from_object: &Affine) -> Option<Vec<usize>> {
         let all = || (0..self.kept.len()).collect();
         let Some(bounds) = shape_bounds(self.builder.tables(), shape) else {
@@ -151,7 +152,11 @@ impl Section {
                 cutting.push(number);
             }
         }
-        Some(cutting)
+        let planes = cutting.iter().map(|number| &self.kept[*number]);
+        let planes: Vec<HalfSpace> = planes
+            .map(|plane| in_object(plane, world_from_object))
+            .collect();
+        (planes.len() < 2 || leaves_some(&bounds, &planes)).then_some(cutting)
     }
 
     /// Returns an instance's shape cut by planes; `None` if it is a surface that cannot be.
@@ -369,6 +374,35 @@ fn in_object(plane: &HalfSpace, world_from_object: &Affine) -> HalfSpace {
         normal: DVec3::from_array(world_from_object.transposed_vector(normal)),
         offset: plane.offset - origin.dot(plane.normal),
     }
+}
+
+/// Says whether half-spaces may leave something of a box: whether a corner of what they leave, where three
+/// of their planes and the box's own meet, is in all of them.
+fn leaves_some(bounds: &Aabb, kept: &[HalfSpace]) -> bool {
+    let of_box = DVec3::AXES.into_iter().flat_map(|axis| {
+        let [most, least] = [(axis, bounds.max), (-axis, bounds.min)];
+        [most, least].map(|(normal, corner)| (normal, normal.dot(corner)))
+    });
+    let kept = kept.iter().map(|plane| {
+        let length = plane.normal.length();
+        (plane.normal / length, plane.offset / length)
+    });
+    let planes: Vec<(DVec3, f64)> = of_box.chain(kept).collect();
+    let size = bounds.max_abs() + bounds.diagonal();
+    let is_left = |p: DVec3, slack: f64| planes.iter().all(|(n, d)| n.dot(p) - d <= slack);
+    let count = planes.len();
+    let pairs = (0..count).flat_map(|i| (i + 1..count).map(move |j| (i, j)));
+    let mut triples = pairs.flat_map(|(i, j)| (j + 1..count).map(move |k| [i, j, k]));
+    triples.any(|triple| {
+        let [(a, of_a), (b, of_b), (c, of_c)] = triple.map(|plane| planes[plane]);
+        let volume = a.dot(b.cross(c));
+        // Planes that are parallel, up to rounding, have no corner.
+        if volume.abs() < 1e-9 {
+            return false;
+        }
+        let corner = (b.cross(c) * of_a + c.cross(a) * of_b + a.cross(b) * of_c) / volume;
+        is_left(corner, 1e-9 * size / volume.abs())
+    })
 }
 
 fn corners(bounds: &Aabb, place: &Affine) -> [DVec3; 8] {

@@ -130,3 +130,43 @@ fn open_meshes_are_cut_triangle_by_triangle() {
         assert_eq!([p[0] / 4.0, p[1] / 4.0], *uv);
     }
 }
+
+#[test]
+fn planes_that_leave_nothing_together_leave_nothing() {
+    let kept = |normal: [f64; 3], offset: f64| HalfSpace {
+        normal: normal.into(),
+        offset,
+    };
+    let left = |planes: &[HalfSpace]| {
+        let mut builder = SceneBuilder::default();
+        let cube = cube(&mut builder);
+        let place =
+            DAffine3::from_rotation_y(0.3) * DAffine3::from_scale(DVec3::new(3.0, 1.0, 2.0));
+        let there = builder.transform(place.into());
+        builder.instance("", Edge::shape(cube).transform(there));
+        builder.finish().unwrap().cut(planes, None)
+    };
+    // Each goes through the box.
+    for planes in [
+        [kept([0.0, 1.0, 0.0], -0.1), kept([0.0, -1.0, 0.0], -0.1)],
+        [kept([1.0, 2.0, 0.5], -0.5), kept([-1.0, -2.0, -0.5], 0.4)],
+        // They leave an edge that lies above the box.
+        [kept([0.1, -1.0, 0.0], -0.9), kept([-0.1, -1.0, 0.0], -1.3)],
+    ] {
+        let nothing = left(&planes);
+        assert!(
+            matches!(nothing, Err(SceneError::NothingToSee)),
+            "{planes:?}"
+        );
+    }
+    for planes in [
+        [kept([0.0, 1.0, 0.0], 0.1), kept([0.0, -1.0, 0.0], 0.1)],
+        [
+            kept([0.0, 1.0, 0.0], 0.1),
+            kept([0.0, -1.0, 0.0], -0.1 + 1e-12),
+        ],
+        [kept([0.1, -1.0, 0.0], -0.9), kept([-0.1, -1.0, 0.0], -0.95)],
+    ] {
+        assert!(left(&planes).is_ok(), "{planes:?}");
+    }
+}

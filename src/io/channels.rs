@@ -8,6 +8,7 @@ use crate::LoadError;
 use crate::environment_map::{check_size, told};
 use crate::exr_header::text_from;
 use crate::shared::folder::read_file;
+use crate::shared::jpeg_end::check_end;
 use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
 use image::codecs::{hdr::HdrDecoder, jpeg::JpegDecoder, png::PngDecoder};
 use image::{DynamicImage, ImageDecoder};
@@ -151,6 +152,7 @@ fn png(bytes: &[u8]) -> Result<ChannelPicture, String> {
 }
 
 fn jpeg(bytes: &[u8]) -> Result<ChannelPicture, String> {
+    check_end(bytes)?;
     let decoder = JpegDecoder::new(Cursor::new(bytes)).map_err(told)?;
     decoded(decoder, bytes, Encoding::Srgb)
 }
@@ -165,8 +167,18 @@ fn decoded(
     check_size(u64::from(width), u64::from(height), bytes.len())?;
     let image = DynamicImage::from_decoder(decoder).map_err(told)?;
     let has_alpha = image.color().has_alpha();
-    // 16 bits and less are exact in f32.
-    let rows = image.into_rgba32f().into_raw();
+    let is_real = matches!(
+        image,
+        DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_)
+    );
+    let rows: Vec<f32> = match is_real {
+        true => image.into_rgba32f().into_raw(),
+        // Codes of 8 bits are 257 times as large among 16 bits, so that equal fractions are equal.
+        false => {
+            let codes = image.into_rgba16().into_raw().into_iter();
+            codes.map(|code| f32::from(code) / 65_535.0).collect()
+        }
+    };
     let names: &[&str] = match has_alpha {
         true => &["R", "G", "B", "A"],
         false => &["R", "G", "B"],

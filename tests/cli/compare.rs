@@ -171,3 +171,38 @@ fn every_channel_that_is_named_must_be_there() {
         "{said}"
     );
 }
+
+/// A fraction is the same number in 8 bits and in 16.
+#[test]
+fn codes_of_8_and_of_16_bits_are_compared() {
+    let folder = folder();
+    let codes = || (0..=255_u8).collect::<Vec<u8>>();
+    let narrow = image::GrayImage::from_raw(16, 16, codes()).unwrap();
+    let wide: Vec<u16> = codes().iter().map(|code| u16::from(*code) * 257).collect();
+    let wide: image::ImageBuffer<image::Luma<u16>, _> =
+        image::ImageBuffer::from_raw(16, 16, wide).unwrap();
+    narrow.save(folder.path().join("a.png")).unwrap();
+    wide.save(folder.path().join("b.png")).unwrap();
+    let same = ["compare", "a.png", "b.png", "--max-wrong", "0"];
+    let same = lanecast(folder.path(), &same);
+    assert!(same.status.success(), "{}{}", stdout(&same), stderr(&same));
+}
+
+/// What a decoder would fill with grey is told.
+#[test]
+fn a_jpeg_that_ends_early_is_refused() {
+    let folder = folder();
+    let path = folder.path();
+    image::RgbImage::from_fn(40, 30, |x, y| image::Rgb([x as u8 * 6, y as u8 * 8, 99]))
+        .save(path.join("a.jpg"))
+        .unwrap();
+    let bytes = fs::read(path.join("a.jpg")).unwrap();
+    fs::write(path.join("b.jpg"), &bytes[..bytes.len() * 2 / 3]).unwrap();
+    let output = lanecast(path, &["compare", "a.jpg", "b.jpg"]);
+    assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
+    assert!(
+        stderr(&output).contains("in the middle of the picture"),
+        "{}",
+        stderr(&output)
+    );
+}

@@ -10,6 +10,7 @@ pub mod child;
 pub mod folder;
 pub mod images;
 pub mod import_report;
+pub mod jpeg_end;
 #[cfg(feature = "ktx2")]
 mod ktx2;
 pub mod lathe;

@@ -1,6 +1,7 @@
 //! Image files as textures: PNG, JPEG, WebP and KTX2, decoded within limits.
 
 use super::images::{Budget, too_large};
+use super::jpeg_end::check_end;
 use crate::scene::{Texels, linear_from_srgb};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use std::io::Cursor;
@@ -107,6 +108,9 @@ fn decode_picture(bytes: &[u8], budget: &mut Budget) -> Result<Opened, String> {
         Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP)) => format,
         _ => return Err("it is no PNG, JPEG, WebP or KTX2 file".into()),
     };
+    if format == ImageFormat::Jpeg {
+        check_end(bytes)?;
+    }
     let mut limits = Limits::default();
     limits.max_image_width = Some(LONGEST);
     limits.max_image_height = Some(LONGEST);

@@ -297,11 +297,12 @@ pub fn srgb_from_linear(linear: f64) -> f64 {
 /// Returns a number in [0, 1) for a pixel, the same for all channels so that greys stay grey.
 ///
 /// The numbers are the additive recurrence R₂ of Roberts ("The unreasonable effectiveness of
-/// quasirandom sequences", 2018): steps of 1/g² along rows and 1/g along columns with
-/// g³ = g + 1, in 32-bit fixed point. Both ways they fill [0, 1) evenly, so their spectrum has
-/// little at low frequencies, and the mean of any block of pixels is near ½.
+/// quasirandom sequences", 2018) on a sheared lattice: steps of 1/g² along rows and of 1/g² + 1/g = g
+/// along columns with g³ = g + 1, in 32-bit fixed point. Both ways they fill [0, 1) evenly, so their
+/// spectrum has little at low frequencies, and the mean of any block of pixels is near ½. Without the
+/// shear a step along columns, 1/g, is so near to ¾ that slow ramps have longer runs of one code.
 fn threshold(x: u32, y: u32) -> f64 {
-    const STEPS: [u32; 2] = [2_447_445_414, 3_242_174_889];
+    const STEPS: [u32; 2] = [2_447_445_414, 1_394_653_007];
     let turn = x
         .wrapping_mul(STEPS[0])
         .wrapping_add(y.wrapping_mul(STEPS[1]));

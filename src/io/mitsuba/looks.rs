@@ -116,10 +116,9 @@ impl Writer<'_> {
                 self.notes.similar("pattern, as its mean");
             }
         }
-        self.material("material_none", &Material::default());
     }
 
-    fn material(&mut self, id: &str, material: &Material) {
+    pub(super) fn material(&mut self, id: &str, material: &Material) {
         let mut bsdf = self.bsdf(material);
         let layers = &material.layers;
         for (what, is) in [
@@ -131,6 +130,10 @@ impl Writer<'_> {
             ("dispersion", layers.dispersion > 0.0),
             ("diffuse transmission", layers.diffuse_transmission > 0.0),
             ("rough diffuse base", layers.diffuse_roughness > 0.0),
+            (
+                "priority of a medium",
+                material.transmission > 0.0 && !layers.thin_walled && layers.priority != 0,
+            ),
             (
                 "absorbing medium",
                 material.transmission > 0.0

@@ -24,7 +24,7 @@ mod looks;
 mod shapes;
 
 use crate::math::Affine;
-use crate::scene::{Camera, Instances, Scene, coarse_corners};
+use crate::scene::{Camera, Instances, Material, Scene, coarse_corners};
 use glam::DVec3;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -164,6 +164,12 @@ pub fn mitsuba_scene(
         let left_out = writer.notes.summary().unwrap_or_default();
         return Err(MitsubaError::Nothing { left_out });
     }
+    // Shapes without a material have one that is written only for them.
+    if writer.xml[before..].contains(NO_MATERIAL) {
+        let shapes = writer.xml.split_off(before);
+        writer.material(NO_MATERIAL, &Material::default());
+        writer.xml.push_str(&shapes);
+    }
     writer.xml.push_str("</scene>\n");
     // Sums and products of finite numbers may be beyond f32.
     let mut lines = writer.xml.lines();
@@ -178,6 +184,9 @@ pub fn mitsuba_scene(
         }),
     }
 }
+
+/// The material of shapes that have none.
+const NO_MATERIAL: &str = "material_none";
 
 /// What [`number`] writes for a number that f32 does not hold.
 const BEYOND: &str = "beyond";

@@ -1,7 +1,7 @@
 //! Instances: one shape each, or one for each material of a mesh.
 
 use super::looks::escaped;
-use super::{Writer, frame, list, number, rgb, to_world};
+use super::{NO_MATERIAL, Writer, frame, list, number, rgb, to_world};
 use crate::geom::HalfSpace;
 use crate::math::Affine;
 use crate::scene::{Instance, MaterialId, MeshId, PolygonId, PolyhedronId, Shape};
@@ -69,7 +69,7 @@ impl Writer<'_> {
     fn shape(&mut self, kind: &str, parameters: &str, flip: bool, material: Option<MaterialId>) {
         let name = match material {
             Some(id) => format!("material_{}", id.0),
-            None => "material_none".into(),
+            None => NO_MATERIAL.into(),
         };
         let flip = match flip {
             true => "<boolean name=\"flip_normals\" value=\"true\"/>",

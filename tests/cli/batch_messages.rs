@@ -115,7 +115,7 @@ fn wrong_jobs_are_refused_before_any_work() {
     );
     refused(
         &job("frame = \"5-1\""),
-        "frame: '5-1' is no list of numbers",
+        "frame: '5-1' goes from 5 down to 1; write 1-5",
     );
     refused(&job("frame = \"0-99999999\""), "at most 10000000");
     refused(
@@ -409,6 +409,29 @@ fn lines_that_are_no_records_are_counted() {
     assert!(done.status.success());
     assert!(
         stderr(&done).contains("2 lines are no records"),
+        "{}",
+        stderr(&done)
+    );
+}
+
+#[test]
+fn what_has_nothing_in_it_is_told() {
+    let folder = job("");
+    let merged = batch(folder.path(), &["--out", "none", "--merge"]);
+    assert_eq!(merged.status.code(), Some(1), "{}", stderr(&merged));
+    assert!(
+        stderr(&merged).contains("none of 3 tasks is done"),
+        "{}",
+        stderr(&merged)
+    );
+    assert!(!folder.path().join("none").exists());
+    fs::write(folder.path().join("t.json"), "{\"frames\": []}").unwrap();
+    let text = format!("format = 1\nscene = \"a.toml\"\ncamera = {{ file = \"t.json\" }}\n{SMALL}");
+    fs::write(folder.path().join("job.toml"), text).unwrap();
+    let done = batch(folder.path(), &["--out", "o"]);
+    assert_eq!(done.status.code(), Some(3), "{}", stderr(&done));
+    assert!(
+        stderr(&done).contains("t.json has no cameras"),
         "{}",
         stderr(&done)
     );

@@ -33,7 +33,11 @@ pub fn views(job: &Job, folder: &Path) -> Result<Vec<Named>, String> {
             }
             CameraChoice::Posed(file) => {
                 let posed = file.read(folder, size);
-                for posed in posed.map_err(|why| format!("camera: {why}"))? {
+                let posed = posed.map_err(|why| format!("camera: {why}"))?;
+                if posed.is_empty() {
+                    return Err(format!("camera: {} has no cameras", file.file));
+                }
+                for posed in posed {
                     views.push(Named {
                         name: format!("pose_{number:05}"),
                         arguments: posed.arguments.into(),

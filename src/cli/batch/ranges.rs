@@ -33,7 +33,12 @@ impl Ranges {
                 Some((first, last)) => (number(first)?, number(last)?),
                 None => (number(range)?, number(range)?),
             };
-            match first <= last && step > 0 && last < u32::MAX {
+            if first > last {
+                return Err(format!(
+                    "'{text}' goes from {first} down to {last}; write {last}-{first}"
+                ));
+            }
+            match step > 0 && last < u32::MAX {
                 true => Ok((first, last, step)),
                 false => Err(wrong()),
             }
@@ -129,6 +134,8 @@ mod tests {
         for wrong in ["", "a", "3-1", "1-2:0", "1,", "-1", "1-2-3", "0-4294967295"] {
             assert!(numbers(wrong).is_err(), "{wrong}");
         }
+        let turned = Ranges::parse("9-3").unwrap_err();
+        assert!(turned.contains("write 3-9"), "{turned}");
         let most = Ranges::parse("0-4000000000").unwrap_err();
         assert!(most.contains("at most 10000000"), "{most}");
     }

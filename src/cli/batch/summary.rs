@@ -51,6 +51,14 @@ pub fn merge(
         }
     }
     let done = chosen.len() - missing.len();
+    if done == 0 {
+        return Err(CliError::Short(format!(
+            "{}: none of {} tasks is done, so that there is nothing to merge{reasons}; run the job \
+             without --merge first",
+            out.display(),
+            chosen.len()
+        )));
+    }
     let joined = match tasks.of_picture() {
         1 => String::new(),
         _ => join::joined(tasks, (chosen, &missing), (out, hashes, known))?,

@@ -293,9 +293,13 @@ impl Tasks {
         let mut options: Vec<String> = Vec::new();
         for number in of_variants.chain(of_views) {
             let task = self.task(number);
+            let tables = match self.random {
+                Some(_) => "[render] with a draw of [random]",
+                None => "[render]",
+            };
             let of = match self.variant(&task) {
-                "" => "[render]".to_owned(),
-                name => format!("[render] with variant {name}"),
+                "" => tables.to_owned(),
+                name => format!("{tables} and variant {name}"),
             };
             let wrong = |why: String| failed(format!("{of}: {why}"));
             let args = self

@@ -37,7 +37,7 @@ const ELSEWHERE: [&str; 12] = [
 ];
 
 /// Options by which a scene is read.
-const OF_SCENES: [&str; 7] = [
+const OF_SCENES: [&str; 9] = [
     "variant",
     "animation",
     "clip",
@@ -45,6 +45,19 @@ const OF_SCENES: [&str; 7] = [
     "point-radius",
     "allow-outside",
     "scad-curves",
+    "format",
+    "z-up",
+];
+
+/// Options whose numbers are whole. A range of them is drawn with both of its ends.
+const WHOLE: [&str; 7] = [
+    "cryptomatte-levels",
+    "spp",
+    "max-spp",
+    "max-bounces",
+    "shutter-slices",
+    "kd-depth",
+    "kd-leaf",
 ];
 
 /// A number that is drawn, or that is always the same.
@@ -84,7 +97,8 @@ impl Random {
                     "{key} is set in [render] or a variant, too; leave it out there"
                 ));
             }
-            drawn(value, &mut || 0.0).map_err(|why| format!("{key}: {why}"))?;
+            let first = drawn(&name, value, &mut || 0.0);
+            first.map_err(|why| format!("{key}: {why}"))?;
         }
         Ok(())
     }
@@ -106,7 +120,7 @@ impl Random {
                 number(self.seed, &name, place, draw)
             };
             // Checked before.
-            let text = drawn(value, &mut next).unwrap_or_default();
+            let text = drawn(&name, value, &mut next).unwrap_or_default();
             format!("--{name}={text}")
         });
         each.collect()
@@ -125,8 +139,8 @@ fn number(seed: u64, name: &str, place: u64, draw: u32) -> f64 {
     unit(mix(mix(named ^ place) ^ u64::from(draw)))
 }
 
-/// Writes the value of an option with numbers of [0, 1) from `next`.
-fn drawn(value: &Value, next: &mut dyn FnMut() -> f64) -> Result<String, String> {
+/// Writes the value of the option `name` with numbers of [0, 1) from `next`.
+fn drawn(name: &str, value: &Value, next: &mut dyn FnMut() -> f64) -> Result<String, String> {
     if let Some(Value::Array(choices)) = value.get("choose") {
         let place = (next() * choices.len() as f64) as usize;
         let chosen = choices.get(place).ok_or("choose is an empty list")?;
@@ -148,13 +162,32 @@ fn drawn(value: &Value, next: &mut dyn FnMut() -> f64) -> Result<String, String>
             .map(part)
             .collect::<Result<Vec<Part>, String>>()?,
     };
+    if let [Part::Fixed(from), Part::Fixed(to)] = parts[..]
+        && from > to
+    {
+        return Err(format!(
+            "the range goes from {from} down to {to}; write [{to}, {from}]"
+        ));
+    }
     if !parts.iter().any(|part| matches!(part, Part::Range(..))) {
         return Err(
             "no number of it is a range; what is always the same belongs into [render]".into(),
         );
     }
+    let is_whole = WHOLE.contains(&name);
+    let is_split = |part: &Part| match part {
+        Part::Fixed(x) => x.fract() != 0.0,
+        Part::Range(from, to) => from.fract() != 0.0 || to.fract() != 0.0,
+    };
+    if is_whole && parts.iter().any(is_split) {
+        return Err("it takes whole numbers; write a range of them, such as [1, 8]".into());
+    }
     let texts = parts.iter().map(|part| match part {
         Part::Fixed(x) => x.to_string(),
+        Part::Range(from, to) if is_whole => {
+            let steps = (next() * (to - from + 1.0)).floor();
+            (from + steps).min(*to).to_string()
+        }
         Part::Range(from, to) => {
             let share = next();
             (from * (1.0 - share) + to * share).to_string()
@@ -190,6 +223,9 @@ fn text(value: &Value) -> Result<String, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::args::RenderArgs;
+    use clap::Args;
+    use std::any::TypeId;
 
     fn random(text: &str) -> Random {
         toml::from_str(text).unwrap()
@@ -238,15 +274,48 @@ mod tests {
     fn what_is_wrong_is_said() {
         let said = |text: &str| {
             drawn(
+                "x",
                 &random(&format!("count = 1\nx = {text}")).options["x"],
                 &mut || 0.0,
             )
         };
         assert!(said("3").unwrap_err().contains("[render]"));
         assert!(said("[1, 2, 3]").unwrap_err().contains("no number of it"));
+        assert!(said("[2, 1]").unwrap_err().contains("write [1, 2]"));
         assert!(said("[[2, 1]]").unwrap_err().contains("from <= to"));
         assert!(said("{ choose = [] }").unwrap_err().contains("empty"));
         assert_eq!(said("[1, 2]").unwrap(), "1");
         assert_eq!(said("[[1, 2], 5]").unwrap(), "1,5");
+    }
+
+    #[test]
+    fn whole_numbers_are_drawn_of_options_that_take_them() {
+        let spp = random("count = 400\nspp = [1, 4]\nkd_depth = [7, 7]");
+        let mut counts = [0; 4];
+        for draw in 0..400 {
+            let arguments = spp.arguments(draw);
+            assert_eq!(arguments[0], "--kd-depth=7");
+            let spp: usize = arguments[1]["--spp=".len()..].parse().unwrap();
+            counts[spp - 1] += 1;
+        }
+        // A hundred each, within four standard deviations.
+        assert!(
+            counts.iter().all(|count| (65..=135).contains(count)),
+            "{counts:?}"
+        );
+        let split = drawn(
+            "spp",
+            &random("count = 1\nspp = [1, 4.5]").options["spp"],
+            &mut || 0.0,
+        );
+        assert!(split.unwrap_err().contains("whole numbers"));
+        // All options that take whole numbers, and may be drawn, are known for it.
+        let render = RenderArgs::augment_args(Command::new("render"));
+        for argument in render.get_arguments() {
+            let name = argument.get_long().unwrap_or_default();
+            let takes = argument.get_value_parser().type_id() == TypeId::of::<u32>();
+            let is_drawn = !ELSEWHERE.contains(&name) && !name.is_empty();
+            assert_eq!(WHOLE.contains(&name), takes && is_drawn, "{name}");
+        }
     }
 }

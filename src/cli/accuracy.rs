@@ -15,7 +15,7 @@ use super::render::composed;
 use super::tradeoff::{Task, trade};
 use super::{interrupt, isa, scene};
 use glam::DVec3;
-use lanecast_io::LoadError;
+use lanecast_io::{AovSet, LoadError};
 use lanecast_measure::tradeoff::{Bound, Point, within, worst_of};
 use lanecast_model::scene::{Instances, Outlook, Projection, Scene};
 use lanecast_picture::render::{Backdrop, Grid, Integrator, RenderConfig};
@@ -80,6 +80,11 @@ pub fn resolved(args: &RenderArgs, bounds: &[Bound]) -> Result<Vec<OsString>, Cl
         }
     };
     let kept: Vec<Bound> = bounds.iter().map(|bound| bound.within(MARGIN)).collect();
+    let aovs = &asked.1.aovs;
+    let points: Vec<Point> = points
+        .into_iter()
+        .filter(|point| has_outputs(&point.options, aovs))
+        .collect();
     let Some(best) = within(&points, &kept) else {
         return Err(CliError::Short(format!(
             "no way to render {} keeps these bounds from all sides; lanecast tradeoff shows what there \
@@ -104,7 +109,15 @@ pub fn resolved(args: &RenderArgs, bounds: &[Bound]) -> Result<Vec<OsString>, Cl
     Ok(with_options(std::env::args_os(), &best.options))
 }
 
-/// Returns the configuration of a picture of at most [`PIXELS`], of the same form.
+/// Says whether a picture with these options has all outputs that are asked for.
+fn has_outputs(options: &str, aovs: &AovSet) -> bool {
+    let is_cached = options.contains("--cache");
+    let is_one_sample = options.ends_with("--spp 1") || options.contains("--spp 1 ");
+    !(is_cached && aovs.light_groups || is_one_sample && aovs.variance)
+}
+
+/// Returns the configuration of a picture of at most [`PIXELS`], of the same form, but without other
+/// outputs, which not all ways have.
 fn small(config: &RenderConfig) -> RenderConfig {
     let pixels = f64::from(config.width) * f64::from(config.height);
     let scale = (PIXELS / pixels).sqrt().min(1.0);
@@ -112,6 +125,7 @@ fn small(config: &RenderConfig) -> RenderConfig {
     RenderConfig {
         width: side(config.width),
         height: side(config.height),
+        aovs: AovSet::default(),
         ..config.clone()
     }
 }
@@ -119,8 +133,11 @@ fn small(config: &RenderConfig) -> RenderConfig {
 /// Puts options in place of `--accuracy`.
 fn with_options(arguments: impl Iterator<Item = OsString>, options: &str) -> Vec<OsString> {
     let mut kept = Vec::new();
-    let mut arguments = arguments;
-    while let Some(argument) = arguments.next() {
+    let mut arguments = arguments.peekable();
+    // Behind `--` there are no options.
+    while arguments.peek().is_some_and(|argument| argument != "--")
+        && let Some(argument) = arguments.next()
+    {
         match argument.to_str() {
             Some("--accuracy") => {
                 arguments.next();
@@ -130,6 +147,7 @@ fn with_options(arguments: impl Iterator<Item = OsString>, options: &str) -> Vec
         }
     }
     kept.extend(options.split_whitespace().map(OsString::from));
+    kept.extend(arguments);
     kept
 }
 
@@ -277,6 +295,31 @@ mod tests {
             let with = with_options(words(line).into_iter(), "--spp 16 --precision fast");
             let expected = "lanecast render a.toml -o b.png --spp 16 --precision fast";
             assert_eq!(with, words(expected));
+        }
+        let line = words("lanecast render --accuracy within:flip=0.1 -o b.png -- --accuracy");
+        let expected = "lanecast render -o b.png --spp 16 -- --accuracy";
+        assert_eq!(with_options(line.into_iter(), "--spp 16"), words(expected));
+    }
+
+    #[test]
+    fn ways_without_an_output_that_is_asked_for_are_left_out() {
+        let groups = AovSet {
+            light_groups: true,
+            ..AovSet::default()
+        };
+        let variance = AovSet {
+            variance: true,
+            ..AovSet::default()
+        };
+        for (options, has) in [
+            ("", [true, true]),
+            ("--spp 16", [true, true]),
+            ("--spp 1", [true, false]),
+            ("--precision fast --spp 1 --lanes 1", [true, false]),
+            ("--cache unbiased", [false, true]),
+        ] {
+            let found = [groups, variance].map(|aovs| has_outputs(options, &aovs));
+            assert_eq!(found, has, "{options}");
         }
     }
 }

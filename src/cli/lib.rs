@@ -213,7 +213,14 @@ fn rendered(args: &RenderArgs) -> Result<(), CliError> {
             command: Command::Render(args),
         }) => render::run(&args),
         Ok(_) => Ok(()),
-        Err(e) => Err(CliError::Usage(e.to_string())),
+        Err(e) => {
+            let why = e.to_string();
+            let why = why.lines().next().unwrap_or_default();
+            Err(CliError::Usage(format!(
+                "the way that keeps the bounds cannot stand beside the other options: {}",
+                why.trim_start_matches("error: ")
+            )))
+        }
     }
 }
 

@@ -99,6 +99,25 @@ fn openexr(bytes: &[u8]) -> Result<Map, String> {
         let size = header.layer_size;
         check_size(size.width() as u64, size.height() as u64, bytes.len())?;
     }
+    let has_color = |header: &exr::meta::header::Header| {
+        let channels = &header.channels.list;
+        let has = |name: &str| {
+            channels
+                .iter()
+                .any(|channel| channel.name.eq_case_insensitive(name))
+        };
+        ["R", "G", "B"].into_iter().all(has)
+    };
+    if !meta.headers.iter().any(has_color) {
+        let all = meta.headers.iter().flat_map(|header| &header.channels.list);
+        let names: Vec<String> = all
+            .map(|channel| one_line(&channel.name.to_string()))
+            .collect();
+        return Err(format!(
+            "an environment needs the channels R, G and B; the file has {}",
+            names.join(", ")
+        ));
+    }
     let image = read()
         .no_deep_data()
         .largest_resolution_level()

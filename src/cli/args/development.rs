@@ -93,8 +93,13 @@ impl DevelopmentArgs {
             ("--bits", self.bits.is_some()),
         ];
         if let (true, Some((name, _))) = (is_linear, given.iter().find(|(_, is)| *is)) {
+            let files = if *name == "--bits" {
+                "PNG"
+            } else {
+                "PNG and JPEG"
+            };
             return Err(CliError::Usage(format!(
-                "{name} is for PNG and JPEG files; OpenEXR and HDR files are linear: leave it out, \
+                "{name} is for {files} files; OpenEXR and HDR files are linear: leave it out, \
                  or name a .png"
             )));
         }

@@ -220,7 +220,12 @@ impl Mode {
             Precision::Fast => ", which has no bound",
             Precision::Guarded | Precision::Exact => "",
         };
-        format!("{} {wrong} of {rays}{note}", self.precision.name())
+        // Its shadow rays begin elsewhere than those of fast mode.
+        let own = match self.own.counts.wrong() {
+            0 => String::new(),
+            more => format!(", and {more} differ from the reference's own picture"),
+        };
+        format!("{} {wrong} of {rays}{note}{own}", self.precision.name())
     }
 
     fn check(&self, allowed: Option<u64>) -> Result<(), String> {

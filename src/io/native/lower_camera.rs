@@ -30,7 +30,7 @@ fn projection(source: &Source, row: &At<schema::Camera>) -> Result<Projection> {
         ("fisheye", camera.fisheye.is_some()),
     ];
     if given.iter().filter(|(_, is)| *is).count() != 1 {
-        return Err(not_one(source, row.at, "the camera", &given));
+        return Err(not_one(source, row.at, "the camera's projection", &given));
     }
     if let Some(angle) = &camera.fov_y {
         let fov_y = angle.value;

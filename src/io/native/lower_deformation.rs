@@ -35,6 +35,21 @@ pub(super) fn mesh(
         }
         let key = files.read(source, mesh, scene, report)?;
         let counts = |data: &MeshData| [data.positions.len(), data.normals.len()];
+        let both = || key.triangles.iter().zip(&data.triangles);
+        if counts(&key) == counts(&data)
+            && key.triangles.len() == data.triangles.len()
+            && let Some(first) = both().position(|(a, b)| a != b)
+        {
+            let message = format!(
+                "triangle {first} of the mesh file {} has the corners {:?}, and that of {} {:?}; a mesh \
+                 deforms between files of the same triangles, in the same order",
+                quoted(&mesh.value),
+                key.triangles[first],
+                quoted(&file.value),
+                data.triangles[first]
+            );
+            return Err(source.error(mesh.at, message));
+        }
         if counts(&key) != counts(&data) || key.triangles != data.triangles {
             let [vertices, normals] = counts(&key);
             let [of, with] = counts(&data);

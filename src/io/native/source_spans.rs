@@ -67,6 +67,11 @@ impl de::Error for DecodeError {
             de::Unexpected::Map => "a table",
             other => return DecodeError::custom(format!("expected {expected}, found {other}")),
         };
+        // Types of numbers have names that are Rust's alone.
+        let expected = match &*expected.to_string() {
+            "i32" | "u8" | "u32" | "u64" => "a whole number".to_owned(),
+            other => other.to_owned(),
+        };
         DecodeError::custom(format!("expected {expected}, found {found}"))
     }
 
@@ -88,7 +93,10 @@ impl de::Error for DecodeError {
 }
 
 /// Words of other programs, and what this format has instead: one of its keys, or a remedy.
-const FOREIGN: [(&str, &str); 22] = [
+const FOREIGN: [(&str, &str); 25] = [
+    ("file", "texture"),
+    ("image", "texture"),
+    ("map", "texture"),
     ("extrude", "prism"),
     ("linear_extrude", "prism"),
     ("extrusion", "prism"),
@@ -139,7 +147,13 @@ fn unknown(what: &str, name: &str, known: &[&str]) -> String {
 impl<'de> Value<'de> {
     /// Fails because the value is not what is expected.
     fn wrong<T>(&self, expected: &str) -> Result<T, DecodeError> {
-        let message = format!("expected {expected}, found {}", self.kind.describe());
+        let hint = match (expected, &self.kind) {
+            ("a list", Kind::Table(_)) => {
+                "; several tables are [[name]] in TOML, and [{ ... }] as one value"
+            }
+            _ => "",
+        };
+        let message = format!("expected {expected}, found {}{hint}", self.kind.describe());
         Err(DecodeError::new(self.at, message))
     }
 

@@ -6,6 +6,18 @@
 
 mod flip;
 mod page;
+/// Lists names of channels, or the first of many.
+fn listed<'a>(names: impl Iterator<Item = &'a String>) -> String {
+    const MOST: usize = 24;
+    let names: Vec<&str> = names.map(String::as_str).collect();
+    match names.get(..MOST) {
+        Some(first) if names.len() > MOST => {
+            format!("{} and {} more", first.join(", "), names.len() - MOST)
+        }
+        _ => names.join(", "),
+    }
+}
+
 #[cfg(test)]
 mod tests;
 
@@ -156,32 +168,27 @@ pub fn comparable(
         all().any(|name| name == *asked || name.starts_with(&layer))
     };
     if let Some(unknown) = asked.iter().flat_map(|all| all.iter()).find(|a| !known(a)) {
-        let names: Vec<&str> = a.channels.keys().map(String::as_str).collect();
         return Err(format!(
             "they have no channel or layer {unknown}; known are {}",
-            names.join(", ")
+            listed(a.channels.keys())
         ));
     }
     if of_a != of_b {
-        let only = |of: &BTreeSet<String>, other: &BTreeSet<String>| {
-            let all: Vec<&str> = of.difference(other).map(String::as_str).collect();
-            match all.len() {
-                0 => "none".into(),
-                _ => all.join(", "),
-            }
-        };
+        let sides = [("first", &of_a, &of_b), ("second", &of_b, &of_a)];
+        let only = sides.into_iter().filter_map(|(name, of, other)| {
+            let mut all = of.difference(other).peekable();
+            all.peek()?;
+            Some(format!("only the {name} has {}", listed(all)))
+        });
         return Err(format!(
-            "they have different channels: only the first has {}, only the second {}; name those \
-             to compare with --channels",
-            only(&of_a, &of_b),
-            only(&of_b, &of_a)
+            "they have different channels: {}; name those to compare with --channels",
+            only.collect::<Vec<_>>().join(", ")
         ));
     }
     if of_a.is_empty() {
-        let known: Vec<&str> = a.channels.keys().map(String::as_str).collect();
         return Err(format!(
             "they have no such channels; known are {}",
-            known.join(", ")
+            listed(a.channels.keys())
         ));
     }
     for name in &of_a {

@@ -59,7 +59,7 @@ fn pictures_of_other_sizes_or_channels_are_refused_with_the_remedy() {
     let b = picture(2, &[("R", numbers(&[0.0; 2])), ("Z", numbers(&[0.0; 2]))]);
     let said = comparable((&a, &b), None).unwrap_err();
     assert!(
-        said.contains("only the first has a.X, only the second Z"),
+        said.contains("only the first has a.X, only the second has Z;"),
         "{said}"
     );
     assert!(said.contains("--channels"), "{said}");

@@ -135,7 +135,7 @@ fn keys_and_types() {
         (
             toml("[camera.top]\neye = [0,0,1]\nlook_at = [0,0,0]\n[camera.side]\nfov_y = 35"),
             &[
-                "scene.toml:2:1: the camera is empty; give one of fov_y, half_height, orthographic, k",
+                "scene.toml:2:1: the camera's projection is empty; give one of fov_y, half_height, orthographic, k",
             ],
         ),
         (

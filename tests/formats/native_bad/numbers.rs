@@ -84,6 +84,10 @@ fn numbers_that_are_no_scene() {
             &["polygon 'x' is degenerate: its points lie on a line"],
         ),
         (
+            shape("polygon = { points = [[0, 0, 0], [2, 1, 0], [2, 0, 0], [0, 1, 0]] }"),
+            &["polygon 'x' is degenerate: its edges cross"],
+        ),
+        (
             shape("polygon = { points = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 1]] }"),
             &["polygon 'x' is degenerate: its points are not in one plane"],
         ),
@@ -177,11 +181,13 @@ fn numbers_that_are_no_scene() {
         ),
         (
             view("eye = [0,0,1]\nlook_at = [0,0,0]"),
-            &["scene.toml:2:1: the camera is empty; give one of fov_y, half_height, orthographic"],
+            &[
+                "scene.toml:2:1: the camera's projection is empty; give one of fov_y, half_height, orthographic",
+            ],
         ),
         (
             view("eye = [0,0,1]\nlook_at = [0,0,0]\nfov_y = 35\northographic = 2"),
-            &["the camera has fov_y and orthographic at once"],
+            &["the camera's projection has fov_y and orthographic at once"],
         ),
         (
             view("eye = [0,0,1]\nlook_at = [0,0,0]\northographic = -2"),

@@ -164,7 +164,21 @@ pub fn polygon_plane(points: &[DVec3]) -> Result<DVec3, String> {
     let normal: DVec3 = (0..points.len()).map(|i| at(i).cross(at(i + 1))).sum();
     let length = unordered_dot(normal, normal).sqrt();
     if length.is_nan() || length < 1e-12 {
-        return Err("its points lie on a line".into());
+        let along = (0..points.len()).map(at).fold(DVec3::ZERO, |long, p| {
+            match p.length_squared() > long.length_squared() {
+                true => p,
+                false => long,
+            }
+        });
+        let is_line = (0..points.len()).all(|i| at(i).cross(along).length() < 1e-12);
+        return Err(match is_line {
+            true => "its points lie on a line".into(),
+            false => {
+                "its edges cross, so that its parts of either side cancel; give its points in turn \
+                      along its rim"
+                    .into()
+            }
+        });
     }
     let normal = normal / length;
     let off = (0..points.len())

@@ -1,6 +1,6 @@
 //! Checks of materials, lights and cameras.
 
-use super::numbers::{finite, finite3, require};
+use super::numbers::{decimal, finite, finite3, require};
 use crate::scene::error::{Entity, EntityKind, SceneError};
 use crate::scene::{
     Calibration, Lens, Light, Material, Model, Projection, Shutter, ShutterShape, Tables,
@@ -15,13 +15,13 @@ pub(super) fn materials(scene: &Tables) -> Result<(), SceneError> {
         let colors = |field, c: &[f32]| {
             for v in c {
                 finite(what, field, &[f64::from(*v)])?;
-                require(*v >= 0.0, what, field, f64::from(*v), "0 or greater")?;
+                require(*v >= 0.0, what, field, decimal(*v), "0 or greater")?;
             }
             Ok(())
         };
         let fraction = |field, v: f32| {
             let ok = (0.0..=1.0).contains(&v);
-            require(ok, what, field, f64::from(v), "between 0 and 1")
+            require(ok, what, field, decimal(v), "between 0 and 1")
         };
         let Material {
             base_color,
@@ -35,13 +35,7 @@ pub(super) fn materials(scene: &Tables) -> Result<(), SceneError> {
         colors("emission", emission)?;
         fraction("transmission", *transmission)?;
         let ok = *ior > 0.0 && ior.is_finite();
-        require(
-            ok,
-            what,
-            "ior",
-            f64::from(*ior),
-            "greater than 0 and finite",
-        )?;
+        require(ok, what, "ior", decimal(*ior), "greater than 0 and finite")?;
         for (field, value) in [
             ("opacity", layers.opacity),
             ("diffuse_roughness", layers.diffuse_roughness),
@@ -71,7 +65,7 @@ pub(super) fn materials(scene: &Tables) -> Result<(), SceneError> {
             spread < *ior,
             what,
             "dispersion",
-            f64::from(layers.dispersion),
+            decimal(layers.dispersion),
             "less than 40 ior / |ior - 1|, so that no index of refraction is negative",
         )?;
         colors("iridescence_thickness", &[layers.iridescence_thickness])?;
@@ -84,7 +78,7 @@ pub(super) fn materials(scene: &Tables) -> Result<(), SceneError> {
             ("attenuation.distance", layers.attenuation_distance),
             ("iridescence_ior", layers.iridescence_ior),
         ] {
-            require(value > 0.0, what, field, f64::from(value), "greater than 0")?;
+            require(value > 0.0, what, field, decimal(value), "greater than 0")?;
         }
         match model {
             Model::MetallicRoughness {
@@ -126,7 +120,7 @@ pub(super) fn materials(scene: &Tables) -> Result<(), SceneError> {
     for v in scene.background {
         let what = || Entity::new(EntityKind::Background, 0, "the background".into());
         finite(what, "colour", &[f64::from(v)])?;
-        require(v >= 0.0, what, "colour", f64::from(v), "0 or greater")?;
+        require(v >= 0.0, what, "colour", decimal(v), "0 or greater")?;
     }
     Ok(())
 }

@@ -28,6 +28,11 @@ pub(super) fn finite3(
     finite(what, field, &v.to_array())
 }
 
+/// Returns the number that a number of f32 is written as.
+pub(super) fn decimal(x: f32) -> f64 {
+    x.to_string().parse().unwrap_or(f64::from(x))
+}
+
 /// Returns an error unless `ok`; `must` says what the value must be.
 pub(super) fn require(
     ok: bool,

@@ -107,6 +107,8 @@ pub struct LoadOptions {
     pub outputs: Vec<PathBuf>,
     /// Keeps texture coordinates of mesh files even where no material of theirs has textures.
     pub keeps_uvs: bool,
+    /// Gives native meshes with texture coordinates tangents, which normal maps need.
+    pub keeps_tangents: bool,
     /// The variant of a glTF file's materials to show, by its name.
     pub variant: Option<String>,
     /// The animation of a glTF file to show; without one it is as at rest.

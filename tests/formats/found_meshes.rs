@@ -407,15 +407,39 @@ fn ply_is_read_as_it_is_written() {
     let up = |[a, b, c]: &[DVec3; 3]| (*b - *a).cross(*c - *a).z > 0.0;
     assert_eq!(triangles(&scene).len(), 3);
     assert!(triangles(&scene).iter().all(up));
-    // A colour for each face, as floats; those of vertices are told.
+    // A colour for each face, as floats.
     let colored = SQUARE_HEADER.replace("face 1", "face 2").replace(
         "vertex_indices\n",
         "vertex_indices\nproperty float red\nproperty float green\nproperty float blue\n",
     ) + "0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2 0 1 0\n3 0 2 3 0 0 1\n";
     let scene = made(&[("a.ply", colored.as_bytes())]).scene;
     assert_eq!(colors(&scene), [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
-    let obj = "v 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 0 1 0 1 0 0\nf 1 2 3\n";
-    assert_warns(&made(&[("a.obj", obj.as_bytes())]), "1 × vertex colour set");
+}
+
+/// Colours of vertices, which scanners and sculptors give, are seen; a material counts before them.
+#[test]
+fn colours_of_vertices_are_shown() {
+    let obj = "v 0 0 0 1 0 0\nv 1 0 0\nv 0 1 0 0 0 1\nv 0 0 1 0 1 0\nf 1 2 3\n";
+    let loaded = made(&[("a.obj", obj.as_bytes())]);
+    assert_eq!(loaded.warning, None);
+    let most = u16::MAX;
+    let expected = [[most, 0, 0, most], [most; 4], [0, 0, most, most]];
+    assert_eq!(loaded.scene.meshes.attributes.colors, expected);
+    assert!(
+        loaded
+            .scene
+            .textures
+            .iter()
+            .all(|row| row.texturing.vertex_color)
+    );
+    let mtl: &[u8] = b"newmtl red\nKd 1 0 0\n";
+    let with = format!("mtllib a.mtl\n{obj}usemtl red\nf 1 2 4\n");
+    let loaded = made(&[("a.obj", with.as_bytes()), ("a.mtl", mtl)]);
+    assert_warns(
+        &loaded,
+        "1 × vertex colour set of faces that have materials",
+    );
+    assert_eq!(colors(&loaded.scene), [[1.0; 3], [1.0, 0.0, 0.0]]);
 }
 
 #[test]

@@ -153,6 +153,10 @@ fn a_base_color_may_be_an_image() {
             "base_color = { texture = 't.png' }\nalpha_cutoff = 0.3",
             "alpha_cutoff goes with alpha = \"mask\"",
         ),
+        (
+            "base_color = [1, 0, 0]\nnormal_scale = 0.5",
+            "normal_scale goes with normal_texture",
+        ),
     ] {
         let said = read(material).unwrap_err().to_string();
         assert!(said.contains(says), "{material}: {said}");

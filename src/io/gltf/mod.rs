@@ -30,7 +30,6 @@ mod nodes;
 mod placement;
 mod points;
 mod skin;
-mod tangents;
 mod texture;
 mod variant;
 

@@ -175,9 +175,8 @@ impl Writer<'_> {
             Triangulator::new().split(points, |triangle| triangles.push(triangle));
             encode(&PlyMesh {
                 positions: &positions,
-                normals: None,
                 triangles: &triangles,
-                center: DVec3::ZERO,
+                ..PlyMesh::default()
             })
         });
         let flip = away != is_mirrored(map);
@@ -202,9 +201,8 @@ impl Writer<'_> {
                 .collect();
             encode(&PlyMesh {
                 positions: &positions,
-                normals: None,
                 triangles: &triangles,
-                center: DVec3::ZERO,
+                ..PlyMesh::default()
             })
         });
         let map = &instance.world_from_object;
@@ -222,7 +220,7 @@ impl Writer<'_> {
                 positions: mesh.positions,
                 normals: mesh.normals,
                 triangles,
-                center: DVec3::ZERO,
+                ..PlyMesh::default()
             })
         };
         let smooth = mesh.normals.is_some();

@@ -51,8 +51,13 @@ pub(super) fn lower(
             .into_iter()
             .any(|(_, row)| lower_texture::has_textures(row))
     };
+    let has_normal_maps = |unit: &Unit| {
+        let mut materials = unit.file.material.iter().flat_map(|all| &all.0);
+        materials.any(|(_, row)| row.normal_texture.is_some())
+    };
     let options = &LoadOptions {
         keeps_uvs: options.keeps_uvs || units.iter().any(has_textures),
+        keeps_tangents: units.iter().any(has_normal_maps),
         ..options.clone()
     };
 
@@ -133,6 +138,10 @@ pub(super) fn lower(
             edges.clear();
             let mut ends = Vec::with_capacity(node.children.len());
             for row in &node.children {
+                if let Some(name) = &row.value.name {
+                    let message = "only instances have names; a child is called as what it places";
+                    return Err(source.error(name.at, message));
+                }
                 placements.edges(&names, row, (scene, report), &mut edges)?;
                 ends.push((edges.len(), row.at));
             }
@@ -152,8 +161,12 @@ pub(super) fn lower(
             placements.edges(&names, row, (scene, report), &mut edges)?;
             let first = scene.tables().roots.len();
             at[k].note(EntityKind::Instance, first..first + edges.len(), row.at);
-            for edge in &edges {
-                scene.instance("", *edge);
+            let name = row.value.name.as_ref().map_or("", |name| &name.value);
+            for (copy, edge) in edges.iter().enumerate() {
+                match edges.len() > 1 && !name.is_empty() {
+                    true => scene.instance(&format!("{name}_{copy}"), *edge),
+                    false => scene.instance(name, *edge),
+                };
             }
         }
     }

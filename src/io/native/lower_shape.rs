@@ -9,7 +9,8 @@ use super::{lower_deformation, lower_lathe, lower_polynomial};
 use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Prism, Quadric, Sphere, hull};
 use crate::scene::{MaterialId, MeshData, MeshId, SceneBuilder, Shape, ShapeId};
 use crate::shared::images::ImageStore;
-use crate::shared::merge_meshes::{MESH_FORMATS, import_with_materials, names_mesh};
+use crate::shared::merge_meshes::{MESH_FORMATS, import_mesh, import_with_materials, names_mesh};
+use crate::shared::tangents::generated;
 use crate::{Folder, ImportReport, LoadError, LoadOptions};
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
@@ -268,8 +269,15 @@ fn mesh(
     if let Some(mesh) = known {
         return Ok(scene.mesh_again(name, mesh));
     }
-    let mut data = import_with_materials(&path, &files.options, files.images, scene, report)?;
+    // Materials of the file's own are not needed where its parts have others.
+    let mut data = match &parts {
+        Some(_) => import_mesh(&path, &files.options, report)?,
+        None => import_with_materials(&path, &files.options, files.images, scene, report)?,
+    };
     data.open |= open;
+    if files.options.keeps_tangents && !data.uvs.is_empty() {
+        data.tangents = generated(&data, 0, !data.normals.is_empty(), 0);
+    }
     if let Some(parts) = parts {
         data.parts = parts;
     }

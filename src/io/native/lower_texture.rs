@@ -36,6 +36,7 @@ pub(super) fn has_textures(row: &schema::Material) -> bool {
         || row.base_color_texture.is_some()
         || row.metallic_roughness_texture.is_some()
         || row.emission_texture.is_some()
+        || row.normal_texture.is_some()
         || row.vertex_colors == Some(true)
 }
 
@@ -80,6 +81,9 @@ pub(super) fn textures(
         }
         _ => {}
     }
+    if let (None, Some(scale)) = (&row.normal_texture, &row.normal_scale) {
+        return Err(source.error(scale.at, "normal_scale goes with normal_texture"));
+    }
     if !has_textures(row) && !has_patterns {
         return Ok(());
     }
@@ -108,6 +112,7 @@ pub(super) fn textures(
             row.emission_texture.as_ref(),
             ImageUse::Color,
         ),
+        (Slot::Normal, row.normal_texture.as_ref(), ImageUse::Numbers),
     ] {
         if let Some(texture) = texture {
             refs.push((slot, one(source, texture, used, files, scene)?));
@@ -123,6 +128,7 @@ pub(super) fn textures(
         vertex_color: row.vertex_colors.unwrap_or(false),
         base_color: pattern,
         roughness,
+        normal_scale: row.normal_scale.as_ref().map_or(1.0, |scale| scale.value),
         ..Texturing::default()
     };
     scene.texture(id, texturing, &refs);

@@ -126,6 +126,10 @@ pub struct Material {
     pub metallic_roughness_texture: Option<Texture>,
     /// An image that scales `emission`.
     pub emission_texture: Option<Texture>,
+    /// An image of normals, red to the right and green up, by the texture coordinates of meshes.
+    pub normal_texture: Option<Texture>,
+    /// How much of the slope of `normal_texture` there is; 1 if absent.
+    pub normal_scale: Option<At<f32>>,
     /// What the image's alpha does: `mask` shows the surface where it is no less than
     /// `alpha_cutoff`, `blend` takes it for `opacity`. Nothing if absent.
     pub alpha: Option<At<AlphaMode>>,

@@ -18,6 +18,8 @@ pub struct Child {
     /// A scene file of any format that is read, relative to this one: all that its instances
     /// show, with its lights and cameras.
     pub scene: Option<At<String>>,
+    /// Of an instance: its own name, which mattes and data sets tell; copies have their number behind it.
+    pub name: Option<At<String>>,
     /// Of a scene file: the names of its materials, and of those that take their place.
     pub materials: Option<At<Named<At<String>>>>,
     /// The name of a material; it holds for everything below that has none

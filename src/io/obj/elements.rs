@@ -3,6 +3,7 @@
 use super::{Lines, no_vertex};
 use crate::LoadError;
 use crate::shared::points::Points;
+use crate::shared::vertex_colors::code_of;
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -52,7 +53,7 @@ pub(super) fn points(
                 // What is not finite is found out when it is drawn.
                 let lost = lines.not_finite.contains_key(v);
                 all.positions.push(if lost { [f64::NAN; 3] } else { *at });
-                all.colors.push(lines.colors.get(v).copied());
+                all.colors.push(lines.colors.get(*v as usize).map(code_of));
             }
             list.push(made);
         }

@@ -21,9 +21,10 @@ use crate::shared::images::ImageStore;
 use crate::shared::mesh_cleanup::repair_normals;
 use crate::shared::mesh_file::MeshFile;
 use crate::shared::messages::one_line;
-use crate::shared::points::{Code, add_points, code_of};
+use crate::shared::points::add_points;
 use crate::shared::text::{decode, lines, number};
 use crate::shared::triangulate::Triangulator;
+use crate::shared::vertex_colors::{Srgb, WHITE, linear_codes, varied_by_vertices};
 use crate::{Folder, ImportReport, LoadError, LoadOptions, add_mesh_instance};
 use elements::Element;
 use glam::DVec3;
@@ -64,7 +65,7 @@ struct Lines {
     /// Points and lines, if they are wanted.
     elements: Vec<Element>,
     /// Colours of positions, if points are wanted; sRGB.
-    colors: HashMap<u32, Code>,
+    colors: Vec<Srgb>,
     material_names: Vec<String>,
     libraries: Vec<String>,
 }
@@ -133,7 +134,6 @@ fn scan(
     let mut all = Lines::default();
     let mut rows: HashMap<String, usize> = HashMap::new();
     let mut material = None;
-    let mut colored = 0;
     for (number, line) in logical_lines(text) {
         let line = (number, &*line);
         let bare = without_comment(line.1);
@@ -150,11 +150,11 @@ fn scan(
                 all.positions.push(position);
                 // Three numbers after the position are a colour, and one is a weight.
                 let color: Vec<&str> = words.collect();
-                colored += usize::from(color.len() >= 3);
-                if wants_points && let [r, g, b, ..] = color[..] {
-                    let number = |word: &str| word.parse().unwrap_or(0.0);
-                    let row = all.positions.len() as u32 - 1;
-                    all.colors.insert(row, code_of([r, g, b].map(number)));
+                if let [r, g, b, ..] = color[..] {
+                    let number = |word: &str| word.parse().unwrap_or(0.0_f32);
+                    let [r, g, b] = [r, g, b].map(|word| number(word).clamp(0.0, 1.0));
+                    all.colors.resize(all.positions.len() - 1, WHITE);
+                    all.colors.push([r, g, b, 1.0]);
                 }
             }
             "vn" => all.normals.push(triple(path, line, key, &mut words)?.0),
@@ -196,8 +196,6 @@ fn scan(
             _ => {}
         }
     }
-    let are_drawn = wants_points && all.faces.is_empty();
-    report.add_many("vertex colour set", usize::from(colored > 0 && !are_drawn));
     Ok(all)
 }
 
@@ -399,6 +397,17 @@ fn join(
         });
     }
 
+    let is_plain =
+        |material: &Option<usize>| material.is_none_or(|m| matches!(faces_of[m], Faces::Plain));
+    let mut plain = lines.faces.iter().filter(|(_, _, m)| is_plain(m));
+    let is_varied = !lines.colors.is_empty() && plain.next().is_some();
+    let varied = is_varied.then(|| varied_by_vertices(&mut file));
+    let has_materials =
+        !lines.colors.is_empty() && lines.faces.iter().any(|(_, _, m)| !is_plain(m));
+    report.add_many(
+        "vertex colour set of faces that have materials",
+        usize::from(has_materials),
+    );
     let with_uvs = keeps_uvs && !lines.uvs.is_empty() || !file.textures.is_empty();
     if with_uvs {
         file.mesh.uvs.push(Vec::new());
@@ -413,7 +422,7 @@ fn join(
         rows.clear();
         outline.clear();
         let material = match material.map_or(Faces::Plain, |m| faces_of[m]) {
-            Faces::Plain => None,
+            Faces::Plain => varied,
             Faces::Made(row) => Some(row),
             Faces::Invisible => {
                 report.add("face of an invisible material (d 0)");
@@ -440,6 +449,10 @@ fn join(
             let row = *vertex.entry(key).or_insert(next);
             if row == next {
                 mesh.positions.push(*at);
+                if is_varied {
+                    let color = lines.colors.get(position as usize).unwrap_or(&WHITE);
+                    mesh.colors.push(linear_codes(color));
+                }
                 if let Some(set) = mesh.uvs.first_mut() {
                     let uv = uv.and_then(|uv| lines.uvs.get(uv as usize));
                     set.push(uv.copied().unwrap_or_default());

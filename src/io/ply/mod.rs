@@ -3,9 +3,9 @@
 //! Three elements are read, with any number types: `vertex` (x y z, and nx ny nz if all three
 //! exist), `face` and `tristrips` (`vertex_indices` or `vertex_index`). Faces of more than
 //! three corners are split by `triangulate`, those of fewer are counted; a strip begins anew
-//! after a negative number. Colours of faces, in sRGB, become materials, and so do those of
-//! vertices that are drawn as points; all other elements, and colours of vertices of faces, are
-//! counted.
+//! after a negative number. Colours, in sRGB, become materials of faces, or else a material that
+//! those of vertices vary; all other elements are counted. Texture coordinates (s and t, u and v)
+//! are kept where something may use them, turned to count from the image's top.
 //!
 //! `header` parses the header and `rows` the rows of an element. The crate ply-rs-bw is not
 //! used: it takes a line of text for a row, refuses tabs, blank lines and line ends of old
@@ -19,10 +19,11 @@ use crate::scene::Material;
 use crate::shared::mesh_cleanup::{compact, repair_normals};
 use crate::shared::mesh_file::MeshFile;
 use crate::shared::messages::one_line;
-use crate::shared::points::{Code, Points, code_of};
+use crate::shared::points::Points;
 use crate::shared::srgb::linear_from_srgb;
 use crate::shared::text::{decode, is_wide};
 use crate::shared::triangulate::Triangulator;
+use crate::shared::vertex_colors::{Srgb, code_of, linear_codes, varied_by_vertices};
 use crate::{ImportReport, LoadError, LoadOptions};
 use glam::DVec3;
 use header::{Element, Encoding, Header, Kind};
@@ -42,7 +43,18 @@ pub(super) fn read(
     if is_wide(&bytes, *b"pl") {
         bytes = decode(path, &bytes)?.into_owned().into_bytes();
     }
-    parse(&bytes, wants_points, report).map_err(|wrong| LoadError::in_mesh_file(path, "PLY", wrong))
+    let wants = Wants {
+        points: wants_points,
+        uvs: options.keeps_uvs,
+    };
+    parse(&bytes, wants, report).map_err(|wrong| LoadError::in_mesh_file(path, "PLY", wrong))
+}
+
+/// What is read only where something uses it.
+#[derive(Clone, Copy, Default)]
+struct Wants {
+    points: bool,
+    uvs: bool,
 }
 
 /// The line of an error, if it is known, and the message.
@@ -57,8 +69,10 @@ struct Content {
     positions: Vec<[f64; 3]>,
     /// None, or one for each vertex.
     normals: Vec<[f32; 3]>,
-    /// None, or one for each vertex.
-    vertex_colors: Vec<Code>,
+    /// None, or one for each vertex, in sRGB, with alpha.
+    vertex_colors: Vec<Srgb>,
+    /// None, or one for each vertex, from the image's bottom.
+    uvs: Vec<[f64; 2]>,
     /// Corners of all faces, and for each face the end of its corners.
     corners: Vec<i64>,
     ends: Vec<usize>,
@@ -70,7 +84,7 @@ struct Content {
 }
 
 /// Parses a file in memory.
-fn parse(bytes: &[u8], wants_points: bool, report: &mut ImportReport) -> Result<MeshFile, Wrong> {
+fn parse(bytes: &[u8], wants: Wants, report: &mut ImportReport) -> Result<MeshFile, Wrong> {
     let bytes = crate::shared::text::without_mark(bytes);
     let (header, body) = header::parse(bytes)?;
     check_counts(&header, body.len())?;
@@ -86,24 +100,14 @@ fn parse(bytes: &[u8], wants_points: bool, report: &mut ImportReport) -> Result<
         }
         Encoding::Binary { big_endian } => content(&header, &mut Binary::new(body, big_endian))?,
     };
-    let file = mesh(content, wants_points, report)?;
-    left_out(&header, !file.points.is_empty(), report);
-    Ok(file)
-}
-
-/// Counts the elements and properties that are not read.
-fn left_out(header: &Header, draws_colors: bool, report: &mut ImportReport) {
+    let file = mesh(content, wants, report)?;
     for element in &header.elements {
-        let has = |name: &str| element.property(name).is_some();
-        match &*element.name {
-            "vertex" => {
-                let colored = ["red", "diffuse_red"].into_iter().any(has) && !draws_colors;
-                report.add_many("vertex colour set", usize::from(colored));
-            }
-            "face" | "tristrips" => {}
-            name => report.add_many(&format!("element {}", one_line(name)), element.count),
+        if !matches!(&*element.name, "vertex" | "face" | "tristrips") {
+            let what = format!("element {}", one_line(&element.name));
+            report.add_many(&what, element.count);
         }
     }
+    Ok(file)
 }
 
 /// Checks that no element has more rows than the file has bytes after the header (`rest`),
@@ -195,21 +199,36 @@ fn vertices(element: &Element, rows: &mut impl Rows, content: &mut Content) -> R
     }
     let smooth = NAMES.iter().all(|name| element.property(name).is_some());
     let channels = channels(element);
+    let alpha = number_of(element, "alpha");
+    let coordinates = coordinates(element);
     for _ in 0..element.count {
         let mut values = [0.0; 6];
-        let mut color = [0.0; 3];
+        let mut color = [0.0, 0.0, 0.0, 1.0];
+        let mut uv = [0.0; 2];
         row(element, rows, |i, value| {
-            if let (Some(slot), Value::Number(x)) = (slots[i], &value) {
-                values[slot] = *x;
+            let Value::Number(x) = value else {
+                return;
+            };
+            if let Some(slot) = slots[i] {
+                values[slot] = x;
             }
-            if let (Some(channels), Value::Number(x)) = (channels, &value)
-                && let Some(k) = channels.iter().position(|slot| *slot == Some(i))
-            {
-                color[k] = element.properties[i].kind.fraction(*x);
+            let fraction = || element.properties[i].kind.fraction(x) as f32;
+            if let Some(channels) = channels {
+                match channels.iter().position(|slot| *slot == Some(i)) {
+                    Some(k) => color[k] = fraction(),
+                    None if alpha == Some(i) => color[3] = fraction(),
+                    None => {}
+                }
+            }
+            if let Some(k) = coordinates.and_then(|all| all.iter().position(|slot| *slot == i)) {
+                uv[k] = x;
             }
         })?;
         if channels.is_some() {
-            content.vertex_colors.push(code_of(color));
+            content.vertex_colors.push(color);
+        }
+        if coordinates.is_some() {
+            content.uvs.push(uv);
         }
         let [x, y, z, nx, ny, nz] = values;
         content.positions.push([x, y, z]);
@@ -259,6 +278,21 @@ fn channels(element: &Element) -> Option<[Option<usize>; 3]> {
     channels.into_iter().find(|all| all.iter().all(is_number))
 }
 
+/// The property of this name, if it is one number.
+fn number_of(element: &Element, name: &str) -> Option<usize> {
+    let row = element.property(name)?;
+    element.properties[row].count.is_none().then_some(row)
+}
+
+/// The properties of an element that are texture coordinates, if it has some.
+fn coordinates(element: &Element) -> Option<[usize; 2]> {
+    let named = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]];
+    named.into_iter().find_map(|[u, v]| {
+        let both = [number_of(element, u)?, number_of(element, v)?];
+        Some(both)
+    })
+}
+
 /// The index of the list of corners.
 fn corner_list(element: &Element, what: &str) -> Result<usize, Wrong> {
     let named = ["vertex_indices", "vertex_index"]
@@ -286,11 +320,7 @@ fn unsupported(name: &str) -> Wrong {
 }
 
 /// Joins vertices and faces into a mesh, and cleans it up.
-fn mesh(
-    content: Content,
-    wants_points: bool,
-    report: &mut ImportReport,
-) -> Result<MeshFile, Wrong> {
+fn mesh(content: Content, wants: Wants, report: &mut ImportReport) -> Result<MeshFile, Wrong> {
     let mut file = MeshFile::default();
     let count = content.positions.len();
     let at = |v: u32| DVec3::from_array(content.positions[v as usize]);
@@ -307,6 +337,9 @@ fn mesh(
         Ok(v) => Ok(v),
     };
     let mut colors = Colors::new(&content.colors, report);
+    // Colours of faces hide those of vertices.
+    let varied = (colors.colors.is_empty() && !content.vertex_colors.is_empty())
+        .then(|| varied_by_vertices(&mut file));
     let mut triangulator = Triangulator::new();
     let (mut rows, mut outline) = (Vec::new(), Vec::new());
     let mut first = 0;
@@ -323,13 +356,13 @@ fn mesh(
             report.add("face of fewer than 3 corners");
             continue;
         }
-        let material = colors.material(i, &mut file.materials);
+        let material = colors.material(i, &mut file.materials).or(varied);
         file.begin_part(material);
         triangulator.split(&outline, |t| {
             file.mesh.triangles.push(t.map(|i| rows[i as usize]));
         });
     }
-    file.begin_part(None);
+    file.begin_part(varied);
     let mut first = 0;
     for (i, end) in content.strip_ends.iter().enumerate() {
         let strips = content.strip_corners[first..*end].split(|corner| *corner < 0);
@@ -351,14 +384,17 @@ fn mesh(
         return Err((None, "it has more triangles than u32 can count".into()));
     }
     if file.mesh.triangles.is_empty() {
-        if wants_points {
+        if wants.points {
+            let colors = content.vertex_colors.iter();
             let points = Points {
                 positions: content.positions,
-                colors: content.vertex_colors.into_iter().map(Some).collect(),
+                colors: colors.map(|color| Some(code_of(color))).collect(),
                 segments: Vec::new(),
             };
-            file.points.push((None, points));
-            return Ok(file);
+            return Ok(MeshFile {
+                points: vec![(None, points)],
+                ..MeshFile::default()
+            });
         }
         report.add_many("loose point (see --point-radius)", count);
     }
@@ -370,6 +406,16 @@ fn mesh(
         .retain(|(at, _)| (*at as usize) < file.mesh.triangles.len());
     file.mesh.positions = content.positions;
     file.mesh.normals = content.normals;
+    if varied.is_some() {
+        let colors = content.vertex_colors.iter();
+        file.mesh.colors = colors.map(linear_codes).collect();
+    }
+    if wants.uvs && !content.uvs.is_empty() {
+        let finite = |x: f64| if x.is_finite() { x as f32 } else { 0.0 };
+        let uvs = content.uvs.iter();
+        let turned = uvs.map(|[u, v]| [finite(*u), finite(1.0 - v)]);
+        file.mesh.uvs.push(turned.collect());
+    }
     compact(&mut file.mesh);
     report.add_many("unusable normal", repair_normals(&mut file.mesh));
     Ok(file)

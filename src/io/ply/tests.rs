@@ -49,7 +49,9 @@ fn square(format: &str) -> Vec<u8> {
 fn one_square_in_three_encodings() {
     for format in ["ascii", "binary_little_endian", "binary_big_endian"] {
         let mut report = ImportReport::default();
-        let mesh = parse(&square(format), false, &mut report).unwrap().mesh;
+        let mesh = parse(&square(format), Wants::default(), &mut report)
+            .unwrap()
+            .mesh;
         assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]], "{format}");
         assert_eq!(mesh.positions[2], [1.0, 1.0, -2.0]);
         assert_eq!(mesh.normals, [[0.0, 0.0, 1.0]; 4]);
@@ -69,7 +71,7 @@ fn every_truncation_is_an_error_not_a_panic() {
         // An ASCII file is complete without its last line break.
         for end in 0..whole.len() - 1 {
             let mut report = ImportReport::default();
-            let cut = parse(&whole[..end], false, &mut report);
+            let cut = parse(&whole[..end], Wants::default(), &mut report);
             let message = cut.err().map(|e| e.1).unwrap_or_default();
             assert!(
                 !message.is_empty() && !message.contains('\n'),
@@ -173,13 +175,50 @@ fn wrong_files_are_refused() {
             "unsupported",
         ),
     ] {
-        let message = parse(text.as_bytes(), false, &mut ImportReport::default())
-            .unwrap_err()
-            .1;
+        let message = parse(
+            text.as_bytes(),
+            Wants::default(),
+            &mut ImportReport::default(),
+        )
+        .unwrap_err()
+        .1;
         assert!(message.contains(says), "{text}: {message}");
         // The message has none of the parser's own terms.
         for own in ["String:", "Error", "{ ", "Couldn't", "Scalar"] {
             assert!(!message.contains(own), "{text}: {message}");
         }
     }
+}
+
+#[test]
+fn colours_and_coordinates_of_vertices_are_kept() {
+    let text = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
+                property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n\
+                property uchar alpha\nproperty float s\nproperty float t\n\
+                element face 1\nproperty list uchar int vertex_indices\nend_header\n\
+                0 0 0 255 0 188 255 0 0\n1 0 0 0 255 0 51 1 0.25\n9 9 9 1 1 1 1 1 1\n\
+                0 1 0 0 0 0 255 0.5 1\n3 0 1 3\n";
+    let wants = Wants {
+        uvs: true,
+        ..Wants::default()
+    };
+    let mut report = ImportReport::default();
+    let file = parse(text.as_bytes(), wants, &mut report).unwrap();
+    assert_eq!(report.summary(), None);
+    // 188 is 0.5029 of linear light; alpha is linear.
+    let most = u16::MAX;
+    let blue = (linear_from_srgb(188.0 / 255.0) * 65_535.0).round() as u16;
+    let expected = [
+        [most, 0, blue, most],
+        [0, most, 0, most / 5],
+        [0, 0, 0, most],
+    ];
+    assert_eq!(file.mesh.colors, expected);
+    assert_eq!(file.mesh.uvs, [[[0.0, 1.0], [1.0, 0.75], [0.5, 0.0]]]);
+    assert_eq!(file.parts, [(0, Some(0))]);
+    assert_eq!(file.materials[0].1.base_color, [1.0; 3]);
+    assert!(file.textures[0].1.vertex_color);
+    // Coordinates that nothing needs take no memory.
+    let plain = parse(text.as_bytes(), Wants::default(), &mut report).unwrap();
+    assert!(plain.mesh.uvs.is_empty());
 }

@@ -155,9 +155,3 @@ impl Colors {
         *self.of.entry(color).or_insert_with(made)
     }
 }
-
-/// Rounds a colour of numbers from 0 to 1, encoded by sRGB's curve, to bytes.
-pub fn code_of(color: [f64; 3]) -> Code {
-    // NaN becomes 0.
-    color.map(|c| (c.clamp(0.0, 1.0) * 255.0 + 0.5) as u8)
-}

@@ -148,7 +148,7 @@ fn inverse(guess: f64, wanted: f64, read: impl Fn(f64) -> f64) -> Option<f64> {
 }
 
 /// Writes an angle that is given in radians, in degrees.
-fn angle(radians: f64) -> Value {
+pub(super) fn angle(radians: f64) -> Value {
     let guess = radians.to_degrees();
     Value::Number(inverse(guess, radians, f64::to_radians).unwrap_or(guess))
 }

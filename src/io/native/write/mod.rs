@@ -1,11 +1,12 @@
 //! Writer of the native scene format.
 //!
 //! All numbers read back to the same bits, and rows keep their order, so the written scene renders
-//! as the scene does. Meshes become PLY files in a folder beside it. What the format or this
-//! writer has no words for is counted in one warning: images, environment maps, meshes that
-//! deform, lights that move.
+//! as the scene does. Meshes become PLY files in a folder beside it, images PNG, and environments OpenEXR. What the
+//! format or this writer has no words for is counted in one warning: images of layers beside the base,
+//! meshes that deform, lights that move.
 
 mod function;
+mod images;
 mod looks;
 mod patterns;
 mod shapes;
@@ -54,6 +55,8 @@ struct Writer<'s> {
     nodes: Vec<String>,
     /// Per mesh: the name of its file, once there is one.
     mesh_files: Vec<Option<String>>,
+    /// The same per image.
+    image_files: Vec<Option<String>>,
     files: Vec<(String, Vec<u8>)>,
     lost: BTreeMap<&'static str, usize>,
 }
@@ -76,6 +79,7 @@ pub fn native_scene(scene: &Scene, path: &Path, folder: &str) -> Result<NativeSc
         shapes: name(&scene.shapes.names, "shape", scene.shapes.len()),
         nodes: name(&scene.nodes.names, "node", scene.nodes.len()),
         mesh_files: vec![None; scene.meshes.len()],
+        image_files: vec![None; scene.textures.images.len()],
         files: Vec::new(),
         lost: BTreeMap::new(),
     };
@@ -164,11 +168,16 @@ impl Writer<'_> {
             (self.nodes[row].clone(), one("children", children))
         });
         put("node", Value::Table(nodes.collect()));
-        let roots = (0..scene.roots.len()).map(|row| self.edge(scene.roots.row(row)));
+        let roots = (0..scene.roots.len()).map(|row| {
+            let mut value = self.edge(scene.roots.row(row));
+            if let (Value::Table(table), Some(name)) =
+                (&mut value, scene.root_names.get(row as u32))
+            {
+                table.push(("name".into(), Value::Text(name.into())));
+            }
+            value
+        });
         put("instance", Value::List(roots.collect()));
-        let named =
-            (0..scene.roots.len() as u32).filter(|row| scene.root_names.get(*row).is_some());
-        self.lose_many("name of an instance", named.count());
         Ok(parts)
     }
 
@@ -233,7 +242,12 @@ impl Writer<'_> {
                     let light = ("environment", looks::uniform(radiance));
                     rows.push(named(self, light, Lit::Environment));
                 }
-                None => self.lose("environment map"),
+                None => match self.environment(map) {
+                    Some(table) => {
+                        rows.push(named(self, ("environment", table), Lit::Environment));
+                    }
+                    None => self.lose("environment map"),
+                },
             }
         }
         let lights = self.scene.lights.iter().zip(0..);
@@ -248,13 +262,12 @@ impl Writer<'_> {
         for (i, row) in self.scene.materials.rows.iter().enumerate() {
             let mut table = looks::material(row);
             patterns::put(&self.scene.textures, MaterialId(i as u32), &mut table);
+            self.put_images(MaterialId(i as u32), &mut table);
             if let Some(group) = self.group(Lit::Material(MaterialId(i as u32))) {
                 table.push(("group".into(), group));
             }
             rows.push((self.materials[i].clone(), Value::Table(table)));
         }
-        let textures = self.scene.textures.iter().map(|row| row.refs.len()).sum();
-        self.lose_many("texture", textures);
         Value::Table(rows)
     }
 
@@ -299,12 +312,12 @@ impl Writer<'_> {
         }
     }
 
-    /// Returns a name for the file of a shape's mesh that no other file has, also where letters'
-    /// case does not count.
-    fn file_name(&self, shape: ShapeId) -> String {
+    /// Returns a name for a file that no other file has, also where letters' case does not count: that of
+    /// the thing in it, and a number from `row` on where that is taken.
+    fn file_name(&self, of: &str, row: u32, ending: &str) -> String {
         /// Most file systems take 255 bytes.
         const LONGEST: usize = 60;
-        let name = self.shapes[shape.index()].chars().take(LONGEST);
+        let name = of.chars().take(LONGEST);
         let fits = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_');
         let stem: String = name.map(|c| if fits(c) { c } else { '_' }).collect();
         let is_taken = |name: &str| {
@@ -312,13 +325,13 @@ impl Writer<'_> {
                 .iter()
                 .any(|(known, _)| known.eq_ignore_ascii_case(name))
         };
-        let mut name = format!("{stem}.ply");
-        // The row of a shape is its own, but another's name may end in it.
-        for more in shape.0.. {
+        let mut name = format!("{stem}.{ending}");
+        // The row of a thing is its own, but another's name may end in it.
+        for more in row.. {
             if !is_taken(&name) {
                 break;
             }
-            name = format!("{stem}_{more}.ply");
+            name = format!("{stem}_{more}.{ending}");
         }
         name
     }

@@ -7,9 +7,12 @@ use crate::geom::implicit::torus;
 use crate::geom::{Clip, Cuboid, HalfSpace, Sphere};
 use crate::roots::Solver;
 use crate::scene::{
-    CsgId, ImplicitId, LevelSetId, MeshId, Operator, Shape, ShapeId, TransformId, far_center,
+    CsgId, ImplicitId, LevelSetId, MeshAttributes, MeshData, MeshId, Operator, Shape, ShapeId,
+    TransformId, far_center,
 };
+use crate::shared::tangents::generated;
 use crate::shared::write_ply::{PlyMesh, encode};
+use glam::DVec3;
 
 impl Writer<'_> {
     /// Writes a shape as the value of its name.
@@ -60,9 +63,8 @@ impl Writer<'_> {
                 ("polyhedron", one("planes", Value::List(planes.collect())))
             }
             Shape::Polygon(row) => {
-                let list = |points: &[glam::DVec3]| {
-                    Value::List(points.iter().map(|p| vector(*p)).collect())
-                };
+                let list =
+                    |points: &[DVec3]| Value::List(points.iter().map(|p| vector(*p)).collect());
                 let mut fields = vec![field("points", list(scene.polygons.points(row)))];
                 if let Some(normals) = scene.polygons.normals(row) {
                     fields.push(field("normals", list(normals)));
@@ -210,16 +212,40 @@ impl Writer<'_> {
         Ok(table)
     }
 
+    /// Returns the tangents that a mesh of the first set of texture coordinates has when it is read.
+    fn tangents_read(&self, id: MeshId, row: &MeshAttributes) -> Vec<[i16; 4]> {
+        let mesh = self.scene.meshes.row(id);
+        if row.sets == 0 {
+            return Vec::new();
+        }
+        let uvs = &self.scene.meshes.attributes.uvs[row.uvs..row.uvs + row.vertices];
+        let place = |p: &[f32; 3]| (DVec3::from_array(p.map(f64::from)) + mesh.center).to_array();
+        let data = MeshData {
+            positions: mesh.positions.iter().map(place).collect(),
+            normals: mesh.normals.unwrap_or_default().to_vec(),
+            triangles: mesh.triangles.to_vec(),
+            uvs: vec![uvs.to_vec()],
+            ..MeshData::default()
+        };
+        generated(&data, 0, mesh.normals.is_some(), 0)
+    }
+
     /// Writes a mesh, whose file is made for the first shape of it.
     fn mesh(&mut self, shape: ShapeId, id: MeshId) -> Table {
         let mesh = self.scene.meshes.row(id);
         let name = match &self.mesh_files[id.index()] {
             Some(name) => name.clone(),
             None => {
-                let name = self.file_name(shape);
+                let name = self.file_name(&self.shapes[shape.index()], shape.0, "ply");
+                let all = &self.scene.meshes.attributes;
+                let row = all.of(id).map(|row| &all.rows[row as usize]);
+                let own = |first: usize, row: &MeshAttributes| first..first + row.vertices;
+                let uvs = row.filter(|row| row.sets > 0);
                 let bytes = encode(&PlyMesh {
                     positions: mesh.positions,
                     normals: mesh.normals,
+                    uvs: uvs.map(|row| &all.uvs[own(row.uvs, row)]),
+                    colors: row.and_then(|row| Some(&all.colors[own(row.colors?, row)])),
                     triangles: mesh.triangles,
                     center: mesh.center,
                 });
@@ -230,17 +256,14 @@ impl Writer<'_> {
                 if self.scene.deformations.has(id) {
                     self.lose("mesh that deforms");
                 }
-                if let Some(row) = self.scene.meshes.attributes.of(id) {
-                    let row = self.scene.meshes.attributes.rows[row as usize];
-                    if row.sets > 0 {
-                        self.lose("mesh's texture coordinates");
-                    }
-                    if row.colors.is_some() {
-                        self.lose("mesh's colours of vertices");
-                    }
-                    if row.tangents.is_some() {
-                        self.lose("mesh's tangents");
-                    }
+                if let Some(row) = row {
+                    let more = usize::from(row.sets).saturating_sub(1);
+                    self.lose_many("further set of a mesh's texture coordinates", more);
+                    let has_own = row.tangents.is_some_and(|first| {
+                        let own = &all.tangents[first..first + 3 * mesh.triangles.len()];
+                        own != self.tangents_read(id, row)
+                    });
+                    self.lose_many("mesh's own tangents", usize::from(has_own));
                 }
                 self.mesh_files[id.index()] = Some(name.clone());
                 name
@@ -251,7 +274,12 @@ impl Writer<'_> {
         if mesh.open {
             table.push(("open".into(), Value::Flag(true)));
         }
-        if !mesh.parts.is_empty() {
+        // Where its colours have a say, a file alone has a material of its own, which no part asks for.
+        let attributes = &self.scene.meshes.attributes;
+        let colors = attributes
+            .of(id)
+            .and_then(|row| attributes.rows[row as usize].colors);
+        if !mesh.parts.is_empty() || colors.is_some() {
             let part = |(first, material): &(u32, Option<crate::scene::MaterialId>)| {
                 let mut row: Table = vec![("first".into(), Value::Whole((*first).into()))];
                 if let Some(id) = material {

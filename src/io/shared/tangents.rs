@@ -74,7 +74,7 @@ impl Geometry<Libm> for Corners<'_> {
 
 /// Returns MikkTSpace's tangents of the triangles from `first` on, of a set of texture
 /// coordinates; `smooth` says whether their normals are those of vertices.
-pub(super) fn generated(mesh: &MeshData, first: usize, smooth: bool, set: u8) -> Vec<[i16; 4]> {
+pub fn generated(mesh: &MeshData, first: usize, smooth: bool, set: u8) -> Vec<[i16; 4]> {
     let count = 3 * (mesh.triangles.len() - first);
     let mut corners = Corners {
         mesh,
@@ -90,12 +90,7 @@ pub(super) fn generated(mesh: &MeshData, first: usize, smooth: bool, set: u8) ->
 
 /// Returns the tangents of the file, by corner of the triangles from `first` on; `rows` are
 /// those of the vertices from `vertex` on.
-pub(super) fn given(
-    mesh: &MeshData,
-    first: usize,
-    rows: &[[f64; 4]],
-    vertex: u32,
-) -> Vec<[i16; 4]> {
+pub fn given(mesh: &MeshData, first: usize, rows: &[[f64; 4]], vertex: u32) -> Vec<[i16; 4]> {
     let corners = mesh.triangles[first..].iter().flatten();
     let of = |corner: &u32| encoded(rows[(corner - vertex) as usize].map(|x| x as f32));
     corners.map(of).collect()

@@ -11,6 +11,7 @@ use super::records::Failure;
 use super::tasks::{Task, Tasks};
 use crate::args::RenderArgs;
 use crate::interrupt;
+use crate::memory::give_back;
 use crate::output::complain;
 use lanecast_io::{self as io, LoadOptions, ReadLog};
 use lanecast_picture::render::Progress;
@@ -127,10 +128,12 @@ impl Shelf {
         let mut state = self.lock();
         // Scenes may be large, and others need not wait for their end.
         let mut gone = Vec::new();
+        let mut is_less = false;
         if let Some(waiting) = state.waiting.get_mut(&loading) {
             waiting.left -= 1;
             waiting.active -= 1;
             let (is_last, slot) = (waiting.left == 0, Arc::clone(&waiting.slot));
+            is_less = is_last;
             if is_last {
                 state.waiting.remove(&loading);
                 state.loaded.retain(|other| *other != loading);
@@ -148,6 +151,9 @@ impl Shelf {
         drop(state);
         self.released.notify_all();
         drop(gone);
+        if is_less {
+            give_back();
+        }
     }
 
     /// Returns the scene of a task; the first that asks loads it, and others wait.

@@ -11,7 +11,7 @@ use super::args::RenderArgs;
 use super::denoise::{self, Denoiser};
 use super::error::CliError;
 use super::output::{Results, check_destinations, complain, printable_line, with_name_end};
-use super::pipeline::{Prepared, complete, load, named, of_camera, structure_of, warn_of_losses};
+use super::pipeline::{Prepared, complete, load, losses, named, of_camera, structure_of};
 use super::progress::{Drawing, rate};
 use super::render::files;
 use super::scene::{pick_camera, viewed};
@@ -81,7 +81,9 @@ pub fn run(
         false => (loaded, config),
     };
     let keeps = keeps_light(args, &loaded, paths.len())?;
-    warn_of_losses(&loaded, &config, args.common.import.hatch.is_some());
+    for lost in losses(&loaded, &config, args.common.import.hatch.is_some()) {
+        complain(&format!("warning: {lost}"));
+    }
     stats.picture.spp = config.spp;
     let asked_aovs = config.aovs;
     let config = motion::rendered(config);

@@ -4,7 +4,6 @@
 use super::args::{Size, ViewArgs, has_lens};
 use super::error::CliError;
 use super::looks::beyond_direct;
-use super::output::complain;
 use super::progress::{Drawing, Style};
 use super::{interrupt, scene};
 use lanecast_engine::accel::{BuildQuality, KdQuality, Structure, World};
@@ -207,13 +206,15 @@ pub fn structure_of(plan: &Plan, kd: &KdQuality, counts: bool) -> Structure {
     }
 }
 
-/// Warns of what the integrator does not show: of direct light layers of materials, and the extent of
+/// Says what the integrator does not show, a line each: of direct light layers of materials, and the extent of
 /// lights; of drawings by edges the hatching of cuts.
-pub fn warn_of_losses(scene: &Scene, config: &RenderConfig, hatches: bool) {
+pub fn losses(scene: &Scene, config: &RenderConfig, hatches: bool) -> Vec<String> {
+    let mut lost: Vec<String> = Vec::new();
     if hatches && config.integrator == Integrator::Inspect(Inspection::Edges) {
-        complain(
-            "warning: --integrator edges draws no hatching; --integrator direct or path shows that of \
-             --hatch",
+        lost.push(
+            "--integrator edges draws no hatching; --integrator direct or path shows that of \
+             --hatch"
+                .into(),
         );
     }
     let mut layers = beyond_direct(scene);
@@ -221,23 +222,23 @@ pub fn warn_of_losses(scene: &Scene, config: &RenderConfig, hatches: bool) {
     if config.grid == Grid::Centers {
         let shines = |m: &Material| m.emission != [0.0; 3];
         let is_lit = scene.materials.rows.iter().any(shines);
-        let lost = [
+        let more = [
             ("the environment", scene.environment.is_some()),
             ("the light of things that shine", is_lit),
         ];
-        layers.extend(lost.iter().filter(|(_, is)| *is).map(|(what, _)| *what));
+        layers.extend(more.iter().filter(|(_, is)| *is).map(|(what, _)| *what));
     }
     if config.integrator == Integrator::Direct && !layers.is_empty() {
-        complain(&format!(
-            "warning: direct light does not show {}; --integrator path does",
+        lost.push(format!(
+            "direct light does not show {}; --integrator path does",
             layers.join(", ")
         ));
     }
     let areas = scene.lights.iter().filter(|light| light.area() > 0.0);
     let count = areas.count();
     if config.integrator == Integrator::Direct && count > 0 {
-        complain(&format!(
-            "warning: direct light takes {count} × rectangle or disc for points of their power in \
+        lost.push(format!(
+            "direct light takes {count} × rectangle or disc for points of their power in \
              their middles; --integrator path shows them"
         ));
     }
@@ -246,14 +247,16 @@ pub fn warn_of_losses(scene: &Scene, config: &RenderConfig, hatches: bool) {
     if config.integrator == Integrator::Direct
         && row.is_some_and(|row| has_lens(&scene.cameras.rows[row]))
     {
-        complain("warning: direct light goes through a pinhole; --integrator path shows the lens");
+        lost.push("direct light goes through a pinhole; --integrator path shows the lens".into());
     }
     if config.grid == Grid::Corners && (scene.is_dark() || scene.has_soft_light()) {
-        complain(
-            "warning: --grid corners shoots one ray through each corner, for direct light alone: \
-             the studio, skies and things that shine are left out; --grid centers shows them",
+        lost.push(
+            "--grid corners shoots one ray through each corner, for direct light alone: \
+             the studio, skies and things that shine are left out; --grid centers shows them"
+                .into(),
         );
     }
+    lost
 }
 
 impl Prepared {

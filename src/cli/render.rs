@@ -6,7 +6,7 @@ use super::bands::{self, Banded};
 use super::denoise::{self, Denoiser};
 use super::error::CliError;
 use super::output::{Results, check_destinations, complain, printable_line};
-use super::pipeline::{complete, load, named, of_camera, warn_of_losses};
+use super::pipeline::{complete, load, losses, named, of_camera};
 use super::progress::rate;
 use super::scene::{pick_camera, viewed};
 use super::tev::Display;
@@ -67,7 +67,9 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     let options = args.load_options(outputs);
     let scene = load(path, &options, &mut watch, &mut stats)?;
     let (scene, config) = composed(args, scene, config)?;
-    warn_of_losses(&scene, &config, args.common.import.hatch.is_some());
+    for lost in losses(&scene, &config, args.common.import.hatch.is_some()) {
+        complain(&format!("warning: {lost}"));
+    }
     stats.picture.spp = config.spp;
     (stats.picture.width, stats.picture.height) = (config.width, config.height);
     let asked = config.aovs;

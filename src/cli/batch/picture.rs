@@ -10,7 +10,8 @@ use crate::args::Told;
 use crate::denoise::{self, Denoiser};
 use crate::error::CliError;
 use crate::metadata;
-use crate::pipeline::{Prepared, complete, named, of_camera, structure_of, warn_of_losses};
+use crate::output::complain;
+use crate::pipeline::{Prepared, complete, losses, named, of_camera, structure_of};
 use crate::render::{check_alpha, exposed, files as picture_files};
 use crate::scene::{pick_camera, viewed};
 use crate::{ground, interrupt, memory, motion, shutter, tile};
@@ -223,7 +224,10 @@ pub fn rendered(
     let (world, is_first) = loaded.world(&prepared, (pool, middle), (&mut *watch, &mut *stats));
     interrupt::check(progress)?;
     if is_first {
-        warn_of_losses(&prepared.scene, &config, args.common.import.hatch.is_some());
+        // Of many scenes each is named.
+        for lost in losses(&prepared.scene, &config, args.common.import.hatch.is_some()) {
+            complain(&format!("warning: {}: {lost}", named(path).display()));
+        }
     }
     let row = prepared.camera_row;
     let view = View {

@@ -81,14 +81,18 @@ pub fn resolved(args: &RenderArgs, bounds: &[Bound]) -> Result<Vec<OsString>, Cl
     };
     let kept: Vec<Bound> = bounds.iter().map(|bound| bound.within(MARGIN)).collect();
     let aovs = &asked.1.aovs;
-    let points: Vec<Point> = points
-        .into_iter()
+    let with_outputs: Vec<Point> = points
+        .iter()
         .filter(|point| has_outputs(&point.options, aovs))
+        .cloned()
         .collect();
-    let Some(best) = within(&points, &kept) else {
+    let Some(best) = within(&with_outputs, &kept) else {
+        let but = match within(&points, &kept) {
+            Some(_) => " and has the outputs of --aov; leave out light_groups and variance, or",
+            None => " from all sides;",
+        };
         return Err(CliError::Short(format!(
-            "no way to render {} keeps these bounds from all sides; lanecast tradeoff shows what there \
-             is",
+            "no way to render {} keeps these bounds{but} lanecast tradeoff shows what there is",
             path.display()
         )));
     };
@@ -111,8 +115,9 @@ pub fn resolved(args: &RenderArgs, bounds: &[Bound]) -> Result<Vec<OsString>, Cl
 
 /// Says whether a picture with these options has all outputs that are asked for.
 fn has_outputs(options: &str, aovs: &AovSet) -> bool {
-    let is_cached = options.contains("--cache");
-    let is_one_sample = options.ends_with("--spp 1") || options.contains("--spp 1 ");
+    let words: Vec<&str> = options.split_whitespace().collect();
+    let is_cached = words.contains(&"--cache");
+    let is_one_sample = words.windows(2).any(|pair| pair == ["--spp", "1"]);
     !(is_cached && aovs.light_groups || is_one_sample && aovs.variance)
 }
 

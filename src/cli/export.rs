@@ -30,14 +30,14 @@ pub fn run(args: &ExportArgs, render: clap::Command) -> Result<(), CliError> {
     let row = scene::pick_camera(&scene.cameras, asked)?;
     let of_scene = |source| LoadError::of_scene(&args.scene, source);
     let instances = Instances::of(&scene).map_err(of_scene)?;
-    if let Some(path) = &args.msh {
-        return msh(args, path, &scene, &instances);
-    }
     if scene.moves() {
         complain(&format!(
             "warning: {}: what moves is exported as it is at the beginning, and without its shutter",
             args.scene.display()
         ));
+    }
+    if let Some(path) = &args.msh {
+        return msh(args, path, &scene, &instances);
     }
     let lighting = match args.mitsuba {
         Some(_) => Lighting::Studio,

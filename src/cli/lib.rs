@@ -215,7 +215,11 @@ fn rendered(args: &RenderArgs) -> Result<(), CliError> {
         Ok(_) => Ok(()),
         Err(e) => {
             let why = e.to_string();
-            let why = why.lines().next().unwrap_or_default();
+            let lines = why
+                .lines()
+                .take_while(|line| !line.is_empty())
+                .map(str::trim);
+            let why = lines.collect::<Vec<_>>().join(" ");
             Err(CliError::Usage(format!(
                 "the way that keeps the bounds cannot stand beside the other options: {}",
                 why.trim_start_matches("error: ")

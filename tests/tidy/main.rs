@@ -104,6 +104,7 @@ const UNSAFE: &[(&str, usize)] = &[
     ("src/cli/cpu.rs", 6),
     // The calls of Open Image Denoise, where it is compiled in.
     ("src/cli/denoise/oidn.rs", 16),
+    ("src/cli/memory.rs", 1),
     // The calls of Embree, where it is compiled in.
     ("src/measure/baseline/embree/ffi.rs", 2),
     ("src/measure/baseline/embree/mod.rs", 6),

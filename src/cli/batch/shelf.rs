@@ -128,12 +128,12 @@ impl Shelf {
         let mut state = self.lock();
         // Scenes may be large, and others need not wait for their end.
         let mut gone = Vec::new();
-        let mut is_less = false;
+        let mut scene_ended = false;
         if let Some(waiting) = state.waiting.get_mut(&loading) {
             waiting.left -= 1;
             waiting.active -= 1;
             let (is_last, slot) = (waiting.left == 0, Arc::clone(&waiting.slot));
-            is_less = is_last;
+            scene_ended = is_last;
             if is_last {
                 state.waiting.remove(&loading);
                 state.loaded.retain(|other| *other != loading);
@@ -151,7 +151,7 @@ impl Shelf {
         drop(state);
         self.released.notify_all();
         drop(gone);
-        if is_less {
+        if scene_ended {
             give_back();
         }
     }

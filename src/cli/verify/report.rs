@@ -206,8 +206,8 @@ impl Mode {
         self.replayed.counts.without_ulps + self.own.counts.without_ulps + aimed
     }
 
-    /// Says in how many of all its answers the mode was wrong. Rays of the reference's own are not
-    /// counted: they leave from points that are rounded otherwise.
+    /// Says in how many of all its answers the mode was wrong. Rays of the reference's own picture are
+    /// told apart: they leave from points that are rounded otherwise.
     fn verdict(&self) -> String {
         let aimed = self.adversarial.as_ref().map(|aimed| &aimed.compared);
         let all = [Some(&self.replayed), aimed];
@@ -220,7 +220,6 @@ impl Mode {
             Precision::Fast => ", which has no bound",
             Precision::Guarded | Precision::Exact => "",
         };
-        // Its shadow rays begin elsewhere than those of fast mode.
         let own = match self.own.counts.wrong() {
             0 => String::new(),
             more => format!(", and {more} differ from the reference's own picture"),

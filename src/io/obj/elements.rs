@@ -53,7 +53,15 @@ pub(super) fn points(
                 // What is not finite is found out when it is drawn.
                 let lost = lines.not_finite.contains_key(v);
                 all.positions.push(if lost { [f64::NAN; 3] } else { *at });
-                all.colors.push(lines.colors.get(*v as usize).map(code_of));
+                all.colors.push(
+                    lines
+                        .colors
+                        .get(*v as usize)
+                        .copied()
+                        .flatten()
+                        .as_ref()
+                        .map(code_of),
+                );
             }
             list.push(made);
         }

@@ -8,9 +8,9 @@
 //! right, or else what `triangulate` makes. Corners with equal indices
 //! share a vertex. Texture coordinates are used where a material has an image; weights,
 //! groups and smoothing are not read; points and lines are where they are wanted (`elements`).
-//! Otherwise they are counted in the import report, as are free-form curves and surfaces, and
-//! vertex colours of faces. Keywords may be in capitals. A position that is
-//! not finite is an error only if a face uses it, and such a normal is replaced.
+//! Otherwise they are counted in the import report, as are free-form curves and surfaces.
+//! Colours of positions are shown by faces without a material. Keywords may be in capitals. A
+//! position that is not finite is an error only if a face uses it, and such a normal is replaced.
 
 mod elements;
 mod maps;
@@ -64,8 +64,8 @@ struct Lines {
     faces: Vec<(usize, usize, Option<usize>)>,
     /// Points and lines, if they are wanted.
     elements: Vec<Element>,
-    /// Colours of positions, if points are wanted; sRGB.
-    colors: Vec<Srgb>,
+    /// Colours of positions, up to the last that has one; sRGB.
+    colors: Vec<Option<Srgb>>,
     material_names: Vec<String>,
     libraries: Vec<String>,
 }
@@ -153,8 +153,8 @@ fn scan(
                 if let [r, g, b, ..] = color[..] {
                     let number = |word: &str| word.parse().unwrap_or(0.0_f32);
                     let [r, g, b] = [r, g, b].map(|word| number(word).clamp(0.0, 1.0));
-                    all.colors.resize(all.positions.len() - 1, WHITE);
-                    all.colors.push([r, g, b, 1.0]);
+                    all.colors.resize(all.positions.len() - 1, None);
+                    all.colors.push(Some([r, g, b, 1.0]));
                 }
             }
             "vn" => all.normals.push(triple(path, line, key, &mut words)?.0),
@@ -408,7 +408,8 @@ fn join(
         "vertex colour set of faces that have materials",
         usize::from(has_materials),
     );
-    let with_uvs = keeps_uvs && !lines.uvs.is_empty() || !file.textures.is_empty();
+    let has_images = file.textures.iter().any(|(_, _, refs)| !refs.is_empty());
+    let with_uvs = keeps_uvs && !lines.uvs.is_empty() || has_images;
     if with_uvs {
         file.mesh.uvs.push(Vec::new());
     }
@@ -450,8 +451,8 @@ fn join(
             if row == next {
                 mesh.positions.push(*at);
                 if is_varied {
-                    let color = lines.colors.get(position as usize).unwrap_or(&WHITE);
-                    mesh.colors.push(linear_codes(color));
+                    let color = lines.colors.get(position as usize).copied().flatten();
+                    mesh.colors.push(linear_codes(&color.unwrap_or(WHITE)));
                 }
                 if let Some(set) = mesh.uvs.first_mut() {
                     let uv = uv.and_then(|uv| lines.uvs.get(uv as usize));

@@ -5,7 +5,7 @@
 //! three corners are split by `triangulate`, those of fewer are counted; a strip begins anew
 //! after a negative number. Colours, in sRGB, become materials of faces, or else a material that
 //! those of vertices vary; all other elements are counted. Texture coordinates (s and t, u and v)
-//! are kept where something may use them, turned to count from the image's top.
+//! are kept where something may use them, and count from the image's top then.
 //!
 //! `header` parses the header and `rows` the rows of an element. The crate ply-rs-bw is not
 //! used: it takes a line of text for a row, refuses tabs, blank lines and line ends of old
@@ -24,6 +24,7 @@ use crate::shared::srgb::linear_from_srgb;
 use crate::shared::text::{decode, is_wide};
 use crate::shared::triangulate::Triangulator;
 use crate::shared::vertex_colors::{Srgb, code_of, linear_codes, varied_by_vertices};
+use crate::shared::write_ply::turned;
 use crate::{ImportReport, LoadError, LoadOptions};
 use glam::DVec3;
 use header::{Element, Encoding, Header, Kind};
@@ -91,14 +92,16 @@ fn parse(bytes: &[u8], wants: Wants, report: &mut ImportReport) -> Result<MeshFi
     let content = match header.encoding {
         Encoding::Ascii => {
             // A row is a line, as most programs write it, or else the words of any lines.
-            let by_lines = content(&header, &mut Words::by_lines(body, header.lines));
+            let by_lines = content(&header, &mut Words::by_lines(body, header.lines), wants);
             by_lines.or_else(|wrong| {
                 let mut words = Words::in_turn(body, header.lines);
-                let all = content(&header, &mut words).ok();
+                let all = content(&header, &mut words, wants).ok();
                 all.filter(|_| words.is_at_end()).ok_or(wrong)
             })?
         }
-        Encoding::Binary { big_endian } => content(&header, &mut Binary::new(body, big_endian))?,
+        Encoding::Binary { big_endian } => {
+            content(&header, &mut Binary::new(body, big_endian), wants)?
+        }
     };
     let file = mesh(content, wants, report)?;
     for element in &header.elements {
@@ -127,11 +130,11 @@ fn check_counts(header: &Header, rest: usize) -> Result<(), Wrong> {
 }
 
 /// Reads the rows of all elements.
-fn content(header: &Header, rows: &mut impl Rows) -> Result<Content, Wrong> {
+fn content(header: &Header, rows: &mut impl Rows, wants: Wants) -> Result<Content, Wrong> {
     let mut content = Content::default();
     for element in &header.elements {
         match &*element.name {
-            "vertex" => vertices(element, rows, &mut content)?,
+            "vertex" => vertices(element, rows, wants, &mut content)?,
             "face" => faces(element, rows, &mut content)?,
             "tristrips" => {
                 let corners = corner_list(element, "strips")?;
@@ -183,7 +186,12 @@ fn row(
     rows.end()
 }
 
-fn vertices(element: &Element, rows: &mut impl Rows, content: &mut Content) -> Result<(), Wrong> {
+fn vertices(
+    element: &Element,
+    rows: &mut impl Rows,
+    wants: Wants,
+    content: &mut Content,
+) -> Result<(), Wrong> {
     const NAMES: [&str; 6] = ["x", "y", "z", "nx", "ny", "nz"];
     if let Some(axis) = NAMES[..3].iter().find(|n| element.property(n).is_none()) {
         return Err((None, format!("its vertices have no property '{axis}'")));
@@ -200,7 +208,7 @@ fn vertices(element: &Element, rows: &mut impl Rows, content: &mut Content) -> R
     let smooth = NAMES.iter().all(|name| element.property(name).is_some());
     let channels = channels(element);
     let alpha = number_of(element, "alpha");
-    let coordinates = coordinates(element);
+    let coordinates = coordinates(element).filter(|_| wants.uvs);
     for _ in 0..element.count {
         let mut values = [0.0; 6];
         let mut color = [0.0, 0.0, 0.0, 1.0];
@@ -278,13 +286,13 @@ fn channels(element: &Element) -> Option<[Option<usize>; 3]> {
     channels.into_iter().find(|all| all.iter().all(is_number))
 }
 
-/// The property of this name, if it is one number.
+/// Returns the property of this name, if it is one number.
 fn number_of(element: &Element, name: &str) -> Option<usize> {
     let row = element.property(name)?;
     element.properties[row].count.is_none().then_some(row)
 }
 
-/// The properties of an element that are texture coordinates, if it has some.
+/// Returns the properties of an element that are texture coordinates, if it has some.
 fn coordinates(element: &Element) -> Option<[usize; 2]> {
     let named = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]];
     named.into_iter().find_map(|[u, v]| {
@@ -410,11 +418,11 @@ fn mesh(content: Content, wants: Wants, report: &mut ImportReport) -> Result<Mes
         let colors = content.vertex_colors.iter();
         file.mesh.colors = colors.map(linear_codes).collect();
     }
-    if wants.uvs && !content.uvs.is_empty() {
+    if !content.uvs.is_empty() {
         let finite = |x: f64| if x.is_finite() { x as f32 } else { 0.0 };
         let uvs = content.uvs.iter();
-        let turned = uvs.map(|[u, v]| [finite(*u), finite(1.0 - v)]);
-        file.mesh.uvs.push(turned.collect());
+        let from_top = uvs.map(|[u, v]| [finite(*u), finite(turned(*v))]);
+        file.mesh.uvs.push(from_top.collect());
     }
     compact(&mut file.mesh);
     report.add_many("unusable normal", repair_normals(&mut file.mesh));

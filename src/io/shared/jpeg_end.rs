@@ -11,7 +11,7 @@ const END_OF_IMAGE: u8 = 0xD9;
 pub fn check_end(bytes: &[u8]) -> Result<(), String> {
     match ends(bytes) {
         Some(()) => Ok(()),
-        None => Err("its file ends in the middle of the picture; get it whole".into()),
+        None => Err("its file has no end marker, and may be cut off in the middle of the picture; get it whole, or save it anew".into()),
     }
 }
 

@@ -5,7 +5,8 @@
 
 use crate::math::Affine;
 use crate::scene::{
-    Instances, MaterialId, MeshData, MeshId, Scene, SceneBuilder, Shape, Slot, TexturedMaterial,
+    Instances, MaterialId, MeshData, MeshId, Scene, SceneBuilder, Shape, Slot, TextureRef,
+    TexturedMaterial,
 };
 use crate::shared::images::ImageStore;
 use crate::shared::mesh_cleanup::unit;
@@ -182,9 +183,14 @@ fn bake(path: &Path, scene: &Scene) -> Result<MeshFile, LoadError> {
     if !scene.textures.is_empty() {
         file.images = scene.textures.images.clone();
         for row in scene.textures.iter() {
+            // Without the tangents of its meshes a normal map is left out.
+            let is_kept = |(slot, _): &&(Slot, TextureRef)| {
+                !matches!(slot, Slot::Normal | Slot::ClearcoatNormal)
+            };
+            let refs = row.refs.iter().filter(is_kept).copied().collect();
             let made = row_of.get(&row.material);
             file.textures
-                .extend(made.map(|made| (*made, *row.texturing, row.refs.to_vec())));
+                .extend(made.map(|made| (*made, *row.texturing, refs)));
         }
     }
     Ok(file)

@@ -19,7 +19,7 @@ pub struct PlyMesh<'m> {
 
 /// Encodes a mesh, little endian: vertices as f32, or as f64 if the centre is not 0. Colours are sRGB
 /// as f32, from which their codes can be told, and texture coordinates count from the image's bottom,
-/// as f64 where f32 would round them.
+/// as f64 where f32 would round them more.
 pub fn encode(mesh: &PlyMesh) -> Vec<u8> {
     let is_far = mesh.center != DVec3::ZERO;
     let is_fine = mesh
@@ -62,7 +62,7 @@ pub fn encode(mesh: &PlyMesh) -> Vec<u8> {
             bytes.extend(x.to_le_bytes());
         }
         if let Some([u, v]) = mesh.uvs.map(|uvs| uvs[i].map(f64::from)) {
-            for x in [u, 1.0 - v] {
+            for x in [u, turned(v)] {
                 match is_fine {
                     true => bytes.extend(x.to_le_bytes()),
                     false => bytes.extend((x as f32).to_le_bytes()),
@@ -86,8 +86,14 @@ pub fn encode(mesh: &PlyMesh) -> Vec<u8> {
     bytes
 }
 
+/// Returns a coordinate from an image's top as one from its bottom, or back. What is nearer to 0 than 2⁻²⁹ is
+/// rounded.
+pub fn turned(v: f64) -> f64 {
+    1.0 - v
+}
+
 /// Says whether a coordinate that is turned as f32, and back, is the same.
 fn turns_in_f32(v: f32) -> bool {
-    let turned = (1.0 - f64::from(v)) as f32;
-    (1.0 - f64::from(turned)) as f32 == v
+    let there = turned(f64::from(v)) as f32;
+    turned(f64::from(there)) as f32 == v
 }

@@ -6,18 +6,6 @@
 
 mod flip;
 mod page;
-/// Lists names of channels, or the first of many.
-fn listed<'a>(names: impl Iterator<Item = &'a String>) -> String {
-    const MOST: usize = 24;
-    let names: Vec<&str> = names.map(String::as_str).collect();
-    match names.get(..MOST) {
-        Some(first) if names.len() > MOST => {
-            format!("{} and {} more", first.join(", "), names.len() - MOST)
-        }
-        _ => names.join(", "),
-    }
-}
-
 #[cfg(test)]
 mod tests;
 
@@ -201,6 +189,18 @@ pub fn comparable(
         }
     }
     Ok(of_a.into_iter().collect())
+}
+
+/// Lists names of channels, or the first of many.
+fn listed<'a>(names: impl Iterator<Item = &'a String>) -> String {
+    const MOST: usize = 24;
+    let names: Vec<&str> = names.map(String::as_str).collect();
+    match names.get(..MOST) {
+        Some(first) if names.len() > MOST => {
+            format!("{} and {} more", first.join(", "), names.len() - MOST)
+        }
+        _ => names.join(", "),
+    }
 }
 
 /// Compares channels of two pictures that [`comparable`] has let pass. A row of numbers is wrong

@@ -77,6 +77,10 @@ impl Scene {
     }
 }
 
+/// The most planes through one shape that are looked at together, which takes time as their number to the
+/// power of four.
+const MOST_TOGETHER: usize = 12;
+
 struct Section {
     builder: SceneBuilder,
     kept: Vec<HalfSpace>,
@@ -156,7 +160,8 @@ impl Section {
         let planes: Vec<HalfSpace> = planes
             .map(|plane| in_object(plane, world_from_object))
             .collect();
-        (planes.len() < 2 || leaves_some(&bounds, &planes)).then_some(cutting)
+        let is_tested = (2..=MOST_TOGETHER).contains(&planes.len());
+        (!is_tested || leaves_some(&bounds, &planes)).then_some(cutting)
     }
 
     /// Returns an instance's shape cut by planes; `None` if it is a surface that cannot be.

@@ -46,6 +46,10 @@ impl Writer<'_> {
                 }
             }
         }
+        let is_stretched = self.scene.materials.rows[id.index()].layers.anisotropy > 0.0;
+        if row.texturing.follows_tangents && is_stretched {
+            self.lose("direction of highlights along a mesh's tangents");
+        }
         if row.texturing.vertex_color {
             table.push(("vertex_colors".into(), Value::Flag(true)));
         }

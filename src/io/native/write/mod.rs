@@ -1,9 +1,9 @@
 //! Writer of the native scene format.
 //!
 //! All numbers read back to the same bits, and rows keep their order, so the written scene renders
-//! as the scene does. Meshes become PLY files in a folder beside it, images PNG, and environments OpenEXR. What the
-//! format or this writer has no words for is counted in one warning: images of layers beside the base,
-//! meshes that deform, lights that move.
+//! as the scene does. Meshes become PLY files in a folder beside it, images PNG, and environments
+//! OpenEXR. What the format or this writer has no words for is counted in one warning: images of
+//! layers beside the base, meshes that deform, lights that move.
 
 mod function;
 mod images;
@@ -62,7 +62,7 @@ struct Writer<'s> {
 }
 
 /// Writes a scene for the file `path`, which is `.toml` or `.json`; `folder` is the one beside it
-/// that is to get its meshes.
+/// that is to get its meshes and images.
 pub fn native_scene(scene: &Scene, path: &Path, folder: &str) -> Result<NativeScene, NativeError> {
     let syntax = match &*crate::extension(path) {
         "toml" => Syntax::Toml,

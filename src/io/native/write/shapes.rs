@@ -8,10 +8,10 @@ use crate::geom::{Clip, Cuboid, HalfSpace, Sphere};
 use crate::roots::Solver;
 use crate::scene::{
     CsgId, ImplicitId, LevelSetId, MeshAttributes, MeshData, MeshId, Operator, Shape, ShapeId,
-    TransformId, far_center,
+    Slot, TextureRef, TransformId, far_center,
 };
 use crate::shared::tangents::generated;
-use crate::shared::write_ply::{PlyMesh, encode};
+use crate::shared::write_ply::{PlyMesh, encode, turned};
 use glam::DVec3;
 
 impl Writer<'_> {
@@ -212,6 +212,14 @@ impl Writer<'_> {
         Ok(table)
     }
 
+    /// Says whether the written scene has normal maps, without which no mesh gets tangents.
+    fn has_normal_maps(&self) -> bool {
+        let is_written =
+            |(slot, texture): &(Slot, TextureRef)| *slot == Slot::Normal && texture.uv_set == 0;
+        let mut rows = self.scene.textures.iter();
+        rows.any(|row| row.refs.iter().any(is_written))
+    }
+
     /// Returns the tangents that a mesh of the first set of texture coordinates has when it is read.
     fn tangents_read(&self, id: MeshId, row: &MeshAttributes) -> Vec<[i16; 4]> {
         let mesh = self.scene.meshes.row(id);
@@ -256,12 +264,20 @@ impl Writer<'_> {
                 if self.scene.deformations.has(id) {
                     self.lose("mesh that deforms");
                 }
+                if let Some(uvs) = uvs.map(|row| &all.uvs[own(row.uvs, row)]) {
+                    let is_kept = |uv: &[f32; 2]| turned(turned(f64::from(uv[1]))) as f32 == uv[1];
+                    let rounded = !uvs.iter().all(is_kept);
+                    self.lose_many(
+                        "mesh's texture coordinates that are rounded",
+                        usize::from(rounded),
+                    );
+                }
                 if let Some(row) = row {
                     let more = usize::from(row.sets).saturating_sub(1);
                     self.lose_many("further set of a mesh's texture coordinates", more);
                     let has_own = row.tangents.is_some_and(|first| {
                         let own = &all.tangents[first..first + 3 * mesh.triangles.len()];
-                        own != self.tangents_read(id, row)
+                        !self.has_normal_maps() || own != self.tangents_read(id, row)
                     });
                     self.lose_many("mesh's own tangents", usize::from(has_own));
                 }

@@ -45,7 +45,8 @@ fn refused(text: &str, says: &str) {
 fn wrong_jobs_are_refused_before_any_work() {
     let job = |more: &str| format!("format = 1\nscene = \"a.toml\"\n{more}");
     refused("format = 1\n", "missing field `scene`");
-    refused("format = 1\nscene = []\n", "there is none");
+    refused("format = 1\nscene = []\n", "the list is empty");
+    refused(&job("view = []"), "the list is empty");
     refused("format = 1\nscene = \"*.glb\"\n", "'*.glb' matches no file");
     refused(
         "format = 1\nscene = \"@no.txt\"\n",

@@ -62,7 +62,12 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for ManyVisitor<T> {
         while let Some(one) = list.next_element()? {
             all.push(one);
         }
-        Ok(Many(all))
+        match all.is_empty() {
+            true => Err(A::Error::custom(
+                "the list is empty; put something into it, or leave it out",
+            )),
+            false => Ok(Many(all)),
+        }
     }
 }
 
@@ -77,7 +82,7 @@ impl<T: JsonSchema> JsonSchema for Many<T> {
 
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         let one = generator.subschema_for::<T>();
-        let list = schemars::json_schema!({ "type": "array", "items": one.clone() });
+        let list = schemars::json_schema!({ "type": "array", "items": one.clone(), "minItems": 1 });
         schemars::json_schema!({ "anyOf": [one, list] })
     }
 }

@@ -74,9 +74,6 @@ impl DatasetSettings {
 
     /// Refuses what no scene would make right.
     pub fn check(&self) -> Result<(), String> {
-        if self.write.0.is_empty() {
-            return Err("write names at least one of bop, coco, kubric and nerf".into());
-        }
         for (name, value) in [("unit", self.unit), ("depth_scale", self.depth_scale)] {
             if !(value > 0.0 && value.is_finite()) {
                 return Err(format!("{name} is a number of millimetres above 0"));
@@ -189,7 +186,6 @@ mod tests {
     #[test]
     fn what_is_wrong_is_said() {
         let said = |text: &str| settings(text).check().unwrap_err();
-        assert!(said("write = []").contains("bop, coco"));
         assert!(said("write = \"bop\"\nunit = 0.0").contains("unit"));
         assert!(said("write = \"bop\"\ndepth_scale = inf").contains("depth_scale"));
         let id = "write = \"bop\"\ncategory = { id = 0, name = \"x\", objects = \"*\" }";

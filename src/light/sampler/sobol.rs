@@ -136,13 +136,23 @@ pub fn pad<L: Lanes<Scalar = f32>>(keys: L::Words, samples: L::Words, pad: u32) 
         points = add_high_bits(high, points);
     }
     let seeds = seeds * splat(0x9c8f_2d3b);
-    let dimensions = [0x912f_69ba, 0x174f_18ab, 0x691e_72ca, 0xb40c_c1b8];
-    std::array::from_fn(|k| {
-        let scramble = hash(seeds ^ splat(dimensions[k]));
-        let word = owen_scrambled(points[k], scramble).reverse_bits();
-        // 23 bits, as the crate has them.
-        L::from_words(word >> 9) * L::splat(1.0 / 8_388_608.0)
-    })
+    let [a, b, c, d] = points;
+    // Not `from_fn`, which is a call: its arguments go through memory.
+    [
+        scrambled(a, seeds, 0x912f_69ba),
+        scrambled(b, seeds, 0x174f_18ab),
+        scrambled(c, seeds, 0x691e_72ca),
+        scrambled(d, seeds, 0xb40c_c1b8),
+    ]
+}
+
+/// Scrambles the points of one dimension of a pad, and maps them to [0, 1).
+#[inline(always)]
+fn scrambled<L: Lanes<Scalar = f32>>(points: L::Words, seeds: L::Words, dimension: u32) -> L {
+    let scramble = hash(seeds ^ L::Words::splat(dimension));
+    let word = owen_scrambled(points, scramble).reverse_bits();
+    // 23 bits, as the crate has them.
+    L::from_words(word >> 9) * L::splat(1.0 / 8_388_608.0)
 }
 
 #[cfg(test)]

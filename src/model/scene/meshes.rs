@@ -124,6 +124,11 @@ impl Meshes {
         }
     }
 
+    /// Says whether all triangles of a mesh have the same material, or none.
+    pub fn has_one_material(&self, id: MeshId) -> bool {
+        self.parts_of[id.index()].len() <= 1
+    }
+
     /// Returns a mesh's vertices and its normals, none if it has none, to write to.
     pub(super) fn vertices_mut(&mut self, id: MeshId) -> (&mut [[f32; 3]], &mut [[f32; 3]]) {
         let Range { start, end } = self.vertices_of[id.index()];

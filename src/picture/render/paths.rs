@@ -19,7 +19,7 @@ use crate::shade::path::{
     Irradiance, LayerPlan, LayerSlots, Luminaires, Materials, MediaField, PathKinds, PathScratch,
     PathTracer, SampleNumbers, Seen, Slot, UseMode,
 };
-use crate::shade::{Doubles, RayCounts, RayQueue, STEP, Singles, Statistics};
+use crate::shade::{Doubles, RayCounts, RayQueue, STEP, Singles, Statistics, each_lane};
 use crate::trace::{RayKind, ShadowCache, TraceScratch};
 use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;
@@ -347,8 +347,8 @@ impl PathTile<'_> {
     pub(super) fn queue_rays(&self, sample: u32, scratch: &mut PathScratch) {
         let (queue, keys) = scratch.camera_rays();
         for some in self.order.chunks(STEP) {
-            let spots: [Spot; STEP] = std::array::from_fn(|i| some[i.min(some.len() - 1)]);
-            let samples = (&[sample; STEP], &spots.map(|spot| spot.row));
+            let spots = each_lane(|i| some[i.min(some.len() - 1)]);
+            let samples = (&[sample; STEP], &each_lane(|i| spots[i].row));
             self.queue_step((&spots, some.len()), samples, (queue, keys));
         }
         queue.complete(f32::INFINITY, RayKind::Primary);
@@ -366,12 +366,12 @@ impl PathTile<'_> {
         let PathPicture {
             sampler, filter, ..
         } = self.picture;
-        let at = spots.map(|spot| (self.corner.0 + spot.x, self.corner.1 + spot.y));
-        let key = at.map(|(x, y)| sampler.key(x, y));
+        let at = each_lane(|i| (self.corner.0 + spots[i].x, self.corner.1 + spots[i].y));
+        let key = each_lane(|i| sampler.key(at[i].0, at[i].1));
         let [u, v, on_lens @ ..] = sampler.pad(Words::load(&key), Words::load(samples), 0);
         let ([dx, dy], weight): ([Singles; 2], _) = filter.sample([u, v], samples);
         let half = Doubles::splat(0.5);
-        let place = |of: fn((u32, u32)) -> u32| Doubles::load(&at.map(|p| f64::from(of(p))));
+        let place = |of: fn((u32, u32)) -> u32| Doubles::load(&each_lane(|i| f64::from(of(at[i]))));
         let across = self.generator.across(place(|p| p.0), half + dx.widen());
         let up = self.generator.up(place(|p| p.1), half + dy.widen());
         let mut rays = self.generator.through(across, up);

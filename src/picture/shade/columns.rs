@@ -99,7 +99,7 @@ impl<'b, L: Lanes> Column3<'b, L> {
         )
     }
 
-    /// Gathers rows in increasing order, of which only the last may repeat.
+    /// Gathers rows, in any order.
     #[inline(always)]
     pub fn gather(&self, rows: &[u32; STEP]) -> Vec3<L> {
         let [x, y, z] = &self.0;
@@ -114,7 +114,7 @@ impl<'b, L: Lanes> Column3<'b, L> {
         v.z.store(&mut z[first..]);
     }
 
-    /// Scatters to rows in increasing order, of which only the last may repeat.
+    /// Scatters to rows in any order; one that repeats gets the last of its values.
     #[inline(always)]
     pub fn scatter(&mut self, rows: &[u32; STEP], v: Vec3<L>) {
         let [x, y, z] = &mut self.0;
@@ -131,29 +131,39 @@ impl Column3<'_, Doubles> {
     }
 }
 
-/// Returns whether the rows are contiguous. They increase, and only the last may
-/// repeat.
+/// Returns the values of a function at all lanes of a step.
+///
+/// A loop is inlined where `map` and `from_fn` are calls, whose arguments go through memory.
 #[inline(always)]
-fn adjoin(rows: &[u32; STEP]) -> bool {
-    let [first, .., one, last] = *rows;
-    one < last && last - first == STEP as u32 - 1
+pub fn each_lane<T: Copy>(value: impl Fn(usize) -> T) -> [T; STEP] {
+    let mut values = [value(0); STEP];
+    for (lane, one) in values.iter_mut().enumerate().skip(1) {
+        *one = value(lane);
+    }
+    values
 }
 
-/// Gathers rows in increasing order, of which only the last may repeat.
+/// Returns whether the rows are contiguous.
+#[inline(always)]
+fn adjoin(rows: &[u32; STEP]) -> bool {
+    // Without a branch per row, so that it is done in lanes.
+    let mut apart = 0;
+    for (i, row) in rows.iter().enumerate() {
+        apart |= row ^ rows[0].wrapping_add(i as u32);
+    }
+    apart == 0
+}
+
+/// Gathers rows, in any order.
 #[inline(always)]
 pub fn gather<L: Lanes>(column: &[L::Scalar], rows: &[u32; STEP]) -> L {
     if adjoin(rows) {
         return L::load(&column[rows[0] as usize..]);
     }
-    // A loop is inlined where `map` is a call, whose arguments go through memory.
-    let mut values = [column[0]; STEP];
-    for (value, row) in values.iter_mut().zip(rows) {
-        *value = column[*row as usize];
-    }
-    L::load(&values)
+    L::load(&each_lane(|i| column[rows[i] as usize]))
 }
 
-/// Scatters to rows in increasing order, of which only the last may repeat.
+/// Scatters to rows in any order; one that repeats gets the last of its values.
 #[inline(always)]
 pub fn scatter<L: Lanes>(column: &mut [L::Scalar], rows: &[u32; STEP], x: L) {
     if adjoin(rows) {
@@ -221,6 +231,8 @@ mod tests {
             // First and last row are as far apart as in a contiguous step.
             [3, 5, 10, 10, 10, 10, 10, 10],
             [0, 1, 2, 3, 4, 5, 7, 7],
+            [8, 10, 9, 11, 12, 13, 14, 15],
+            [8, 30, 9, 11, 12, 13, 14, 15],
             [9; STEP],
         ] {
             let values = Doubles::load(&rows.map(f64::from));

@@ -65,7 +65,8 @@ impl<'b> HitBuffer<'b> {
 
     /// Makes room for that many hits, none of which is [set](HitBuffer::set) yet.
     pub fn start(&mut self, hits: usize) {
-        let rows = hits.next_multiple_of(STEP);
+        // A step may start at any of the hits.
+        let rows = if hits == 0 { 0 } else { hits + STEP };
         for column in [
             &mut self.point,
             &mut self.ng,

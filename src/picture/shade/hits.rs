@@ -1,7 +1,7 @@
 //! Surfaces of a batch's hits: hits of one primitive are collected and evaluated a step at a
 //! time.
 
-use super::columns::{STEP, gather};
+use super::columns::{STEP, each_lane, gather};
 use super::hit_buffer::HitBuffer;
 use super::interaction::InteractionPart;
 use super::ray_queue::RayQueue;
@@ -87,29 +87,48 @@ impl<'w> PendingHits<'w> {
         };
         let hits: [u32; STEP] = std::array::from_fn(|i| self.hits[i.min(last)]);
         let rays = hits.map(|hit| buffer.row[hit as usize]);
-        let (org, dir) = queue.gather(&rays);
-        let rows = rays.map(|ray| ray - first as u32);
-        let primitives = rows.map(|row| primitive[row as usize]);
-        let t = gather(t, &rows);
-        let surfaces = self.interaction.surfaces((org, dir), t, &primitives);
-        buffer.set(&hits, &surfaces, dir);
-        if buffer.wants_lift && self.interaction.is_smooth() {
-            let lift = self.interaction.lift(&surfaces, &primitives);
-            buffer.lift.scatter(&hits, lift);
+        evaluate_step(
+            (&self.interaction, first),
+            (queue, &rays),
+            (t, primitive),
+            (&hits, self.len),
+            buffer,
+        );
+    }
+}
+
+/// Evaluates the surfaces of a step of an interaction's hits into rows of the buffer; `count` of
+/// the rays are not repeated. `t` and `primitive` hold the rays from `first` on.
+#[inline(never)]
+pub(super) fn evaluate_step(
+    (interaction, first): (&InteractionPart, usize),
+    (queue, rays): (&RayQueue, &[u32; STEP]),
+    (t, primitive): (&[f64], &[u32]),
+    (hits, count): (&[u32; STEP], usize),
+    buffer: &mut HitBuffer,
+) {
+    let (org, dir) = queue.gather(rays);
+    let rows = each_lane(|i| rays[i] - first as u32);
+    let primitives = each_lane(|i| primitive[rows[i] as usize]);
+    let t = gather(t, &rows);
+    let surfaces = interaction.surfaces((org, dir), t, &primitives);
+    buffer.set(hits, &surfaces, dir);
+    if buffer.wants_lift && interaction.is_smooth() {
+        let lift = interaction.lift(&surfaces, &primitives);
+        buffer.lift.scatter(hits, lift);
+    }
+    if buffer.wants_places
+        && let Some(places) = interaction.places(&surfaces, &primitives)
+    {
+        for (hit, place) in hits.iter().zip(places).take(count) {
+            buffer.places[*hit as usize] = place;
         }
-        if buffer.wants_places
-            && let Some(places) = self.interaction.places(&surfaces, &primitives)
-        {
-            for (hit, place) in hits.iter().zip(places).take(self.len) {
-                buffer.places[*hit as usize] = place;
-            }
-        }
-        if buffer.wants_spots
-            && let Some(spots) = self.interaction.spots(&surfaces, &primitives)
-        {
-            for (hit, spot) in hits.iter().zip(spots).take(self.len) {
-                buffer.spots[*hit as usize] = spot;
-            }
+    }
+    if buffer.wants_spots
+        && let Some(spots) = interaction.spots(&surfaces, &primitives)
+    {
+        for (hit, spot) in hits.iter().zip(spots).take(count) {
+            buffer.spots[*hit as usize] = spot;
         }
     }
 }

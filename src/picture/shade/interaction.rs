@@ -35,6 +35,63 @@ const T_MOST: f64 = f32::MAX as f64;
 const SINGLE: f64 = <f32 as Scalar>::UNIT_ROUNDOFF as f64;
 const DOUBLE: f64 = <f64 as Scalar>::UNIT_ROUNDOFF;
 
+/// What hits have in common that are evaluated and shaded together.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) struct SurfaceKey {
+    instance: u64,
+    /// Of a CSG solid, else 0.
+    operand: u32,
+    pub material: Option<MaterialId>,
+}
+
+impl SurfaceKey {
+    /// Returns the key of a hit, and whether all hits of its instance have the same.
+    #[inline(always)]
+    pub fn of(world: &World, id: HitId) -> (SurfaceKey, bool) {
+        let shape = world.entry_of(id.instance).shape;
+        let of_instance = world.instances.get(&world.scene, id.instance).material;
+        let (operand, material, only) = match shape {
+            Shape::Csg(row) => {
+                let solid = &world.csg(row).solid;
+                let (number, surface) = solid.operand_of(id.primitive & !TURNED);
+                let operand = &solid.operands[number as usize];
+                let own = || material_of_triangle(world, operand.shape, surface);
+                let material = of_instance.or(operand.material).or_else(own);
+                (number, material, false)
+            }
+            Shape::Mesh(mesh) => {
+                let own = || material_of_triangle(world, shape, id.primitive);
+                let only = of_instance.is_some() || world.scene.meshes.has_one_material(mesh);
+                (0, of_instance.or_else(own), only)
+            }
+            _ => (0, of_instance, true),
+        };
+        let key = SurfaceKey {
+            instance: id.instance,
+            operand,
+            material,
+        };
+        (key, only)
+    }
+
+    /// Mixes the key's numbers (the multiplier of Fibonacci hashing, Knuth 1973, section 6.4).
+    #[inline(always)]
+    pub fn hash(&self) -> usize {
+        let material = self.material.map_or(0, MaterialId::index) as u64;
+        let mixed = self.instance ^ u64::from(self.operand) << 24 ^ material << 44;
+        (mixed.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 32) as usize
+    }
+}
+
+/// Returns the material of a triangle of a mesh that has materials of its own.
+#[inline(always)]
+fn material_of_triangle(world: &World, shape: Shape, triangle: u32) -> Option<MaterialId> {
+    match shape {
+        Shape::Mesh(id) => world.scene.meshes.row(id).material(triangle),
+        _ => None,
+    }
+}
+
 /// A primitive in an instance: a whole mesh, or one operand of a CSG solid.
 pub struct InteractionPart<'w> {
     world: &'w World,
@@ -175,12 +232,9 @@ impl<'w> InteractionPart<'w> {
     #[inline(always)]
     pub fn material(&self, primitive: u32) -> Option<MaterialId> {
         let part = self.part.as_ref();
-        let own = || match self.shape {
-            Shape::Mesh(id) => {
-                let triangle = part.map_or(primitive, |part| part.surface(primitive));
-                self.world.scene.meshes.row(id).material(triangle)
-            }
-            _ => None,
+        let own = || {
+            let triangle = part.map_or(primitive, |part| part.surface(primitive));
+            material_of_triangle(self.world, self.shape, triangle)
         };
         let of_part = || part.and_then(|part| part.material);
         self.material.or_else(of_part).or_else(own)

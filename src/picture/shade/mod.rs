@@ -6,6 +6,7 @@ mod columns;
 mod cutouts;
 mod hit_buffer;
 mod hit_columns;
+mod hit_groups;
 mod hits;
 mod integrate;
 mod interaction;
@@ -20,7 +21,7 @@ mod textures;
 
 pub use barycentric::barycentrics;
 pub use bsdf::{BsdfSample, MaterialFlags, reflected, sample_bsdf, spawns_rays};
-pub use columns::{Doubles, STEP, Singles};
+pub use columns::{Doubles, STEP, Singles, each_lane};
 pub use integrate::{Integrator, Scratch};
 pub use interaction::InteractionPart;
 pub use ray_queue::{BATCH, RayQueue};

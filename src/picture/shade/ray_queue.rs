@@ -170,8 +170,7 @@ impl<'b> RayQueue<'b> {
         self.kind.drain(..rays);
     }
 
-    /// Gathers origins and directions of rows in increasing order, of which only the
-    /// last may repeat.
+    /// Gathers origins and directions of rows, in any order.
     #[inline(always)]
     pub fn gather(&self, rows: &[u32; STEP]) -> (Vec3<Doubles>, Vec3<Doubles>) {
         (self.org.gather(rows), self.dir.gather(rows))

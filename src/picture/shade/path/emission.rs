@@ -7,7 +7,7 @@ use super::{PathTracer, SampleNumbers, Seen, share};
 use crate::math::lanes::Lanes;
 use crate::math::{Vec3, units};
 use crate::scene::Rgb;
-use crate::shade::columns::{STEP, Singles};
+use crate::shade::columns::{STEP, Singles, gather};
 use crate::shade::hit_buffer::HitBuffer;
 use crate::trace::HitId;
 use glam::DVec3;
@@ -99,7 +99,7 @@ impl PathTracer<'_> {
             .luminaires
             .emitters
             .sky(dir, wave.origins(rows, org), normal);
-        let own = Singles::load(&rows.map(|ray| wave.pdf[ray as usize]));
+        let own: Singles = gather(&wave.pdf, rows);
         let part = share(own, other);
         [weight.x * r, weight.y * g, weight.z * b].map(|c| (c * part).to_array())
     }

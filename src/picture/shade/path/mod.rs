@@ -39,10 +39,7 @@ pub use record::{PathLight, PathVertex};
 pub use scratch::PathScratch;
 pub use state::{Media, PathKinds};
 
-use super::columns::{STEP, Singles};
-use super::hit_buffer::HitBuffer;
-use super::hits::fill_hit_buffer;
-use super::ray_queue::BATCH;
+use super::columns::{STEP, Singles, each_lane};
 use super::statistics::{Statistics, count_rays};
 use crate::accel::World;
 use crate::light::sampler::Sampler;
@@ -50,7 +47,6 @@ use crate::math::lanes::{Lanes, Words};
 use crate::plan::Kernels;
 use crate::scene::Rgb;
 use crate::trace::{HitId, RayKind, ShadowCache, Solids};
-use bumpalo::collections::Vec as ArenaVec;
 use layers::Film;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
@@ -200,12 +196,9 @@ impl PathTracer<'_> {
             layers: scratch.layers.as_mut(),
         };
         let buffer = &mut scratch.buffer;
-        fill_hit_buffer(
-            (self.world, self.kernels.precision),
-            (&wave.rays, 0..count),
-            (t, instance, primitive),
-            buffer,
-        );
+        let world = (self.world, self.kernels.precision);
+        let groups = &mut scratch.groups;
+        groups.fill(world, &wave.rays, (t, instance, primitive), buffer);
         if self.materials.has_normal_maps {
             self.bend_normals((samples, depth), wave, buffer);
         }
@@ -227,16 +220,14 @@ impl PathTracer<'_> {
         if depth == self.max_depth {
             return;
         }
-        self.sort_by_material(buffer, &mut scratch.order, &mut scratch.starts);
         scratch.lights.clear();
         scratch.cached.clear_found();
         let mut first = 0;
-        while first < scratch.order.len() {
-            let material = buffer.material[scratch.order[first] as usize];
-            let rest = scratch.order[first..].iter().take(STEP);
-            let same = rest.take_while(|hit| buffer.material[**hit as usize] == material);
-            let same = same.count();
-            let hits: [u32; STEP] = std::array::from_fn(|i| scratch.order[first + i.min(same - 1)]);
+        while first < buffer.len() {
+            let material = buffer.material[first];
+            let rest = buffer.material[first..buffer.len()].iter().take(STEP);
+            let same = rest.take_while(|other| **other == material).count();
+            let hits = each_lane(|i| (first + i.min(same - 1)) as u32);
             let number = self.materials.number(material);
             let look = &self.materials.rows[number as usize];
             let deep = look.varied.as_ref().filter(|varied| varied.is_deep);
@@ -273,41 +264,6 @@ impl PathTracer<'_> {
         );
         if let Some(record) = &mut scratch.record {
             record::record_light(&scratch.lights, record);
-        }
-    }
-
-    /// Sorts the hits of a batch by material, and those of a material by row.
-    fn sort_by_material(
-        &self,
-        buffer: &HitBuffer,
-        order: &mut ArenaVec<u32>,
-        starts: &mut ArenaVec<u32>,
-    ) {
-        let hits = buffer.len() as u32;
-        order.clear();
-        let number = |hit: u32| self.materials.number(buffer.material[hit as usize]);
-        if (1..hits).all(|hit| buffer.material[hit as usize] == buffer.material[0]) {
-            order.extend(0..hits);
-            return;
-        }
-        if self.materials.rows.len() > BATCH {
-            order.extend(0..hits);
-            order.sort_unstable_by_key(|hit| (number(*hit), *hit));
-            return;
-        }
-        starts.clear();
-        starts.resize(self.materials.rows.len() + 1, 0);
-        for hit in 0..hits {
-            starts[number(hit) as usize + 1] += 1;
-        }
-        for row in 1..starts.len() {
-            starts[row] += starts[row - 1];
-        }
-        order.resize(hits as usize, 0);
-        for hit in 0..hits {
-            let start = &mut starts[number(hit) as usize];
-            order[*start as usize] = hit;
-            *start += 1;
         }
     }
 }

@@ -12,7 +12,7 @@ use super::{PathTracer, ROULETTE_DEPTH, SampleNumbers, share};
 use crate::light::bsdf::Sampled;
 use crate::math::lanes::{Lanes, Mask, Words};
 use crate::math::{Vec3, units};
-use crate::shade::columns::{Doubles, STEP, Singles, gather, keep};
+use crate::shade::columns::{Doubles, STEP, Singles, each_lane, gather, keep};
 use crate::shade::hit_buffer::HitBuffer;
 use crate::trace::{RayKind, TraceScratch};
 
@@ -49,7 +49,7 @@ impl PathTracer<'_> {
             let lift = spot.lifted - spot.point;
             spot.curved = lift.max_abs().gt(Doubles::zero()).bits() & spot.lanes;
         }
-        let keys = Words::load(&spot.rays.map(|ray| wave.key[ray as usize]));
+        let keys = Words::load(&each_lane(|i| wave.key[spot.rays[i] as usize]));
         let samples = numbers.of_step(|i| wave.rays.pixel[spot.rays[i] as usize]);
         let mut displaced = 0;
         if look.has_medium() {
@@ -179,7 +179,7 @@ impl PathTracer<'_> {
         let to = start + light.dir - org;
         let dir = Vec3::select(far, light.dir, to);
         let far = light.far.bits();
-        let ends: [f32; STEP] = std::array::from_fn(|i| match far >> i & 1 {
+        let ends: [f32; STEP] = each_lane(|i| match far >> i & 1 {
             0 => BODY_END,
             _ => f32::INFINITY,
         });
@@ -224,7 +224,7 @@ impl PathTracer<'_> {
             });
             keep(keys, &all, rows);
         }
-        let pixels = spot.rays.map(|ray| wave.rays.pixel[ray as usize]);
+        let pixels = each_lane(|i| wave.rays.pixel[spot.rays[i] as usize]);
         lights.rays.push_some(rows, (org, dir), &pixels);
         lights.rays.weight.push_some(weight, rows);
         keep(&mut lights.rays.t_max, &ends, rows);
@@ -288,15 +288,14 @@ impl PathTracer<'_> {
         let normal = light_normal(look, spot.ns);
         let normal = Vec3::select(SingleMask::from_bits(straight), before, normal);
         let pdf = sampled.pdf.to_array();
-        let pdfs: [f32; STEP] =
-            std::array::from_fn(|i| match (straight >> i & 1, delta >> i & 1) {
-                (1, _) => wave.pdf[spot.rays[i] as usize],
-                (_, 1) => f32::INFINITY,
-                _ => pdf[i],
-            });
+        let pdfs: [f32; STEP] = each_lane(|i| match (straight >> i & 1, delta >> i & 1) {
+            (1, _) => wave.pdf[spot.rays[i] as usize],
+            (_, 1) => f32::INFINITY,
+            _ => pdf[i],
+        });
         let clear: [bool; STEP] =
-            std::array::from_fn(|i| straight >> i & 1 != 0 && wave.straight[spot.rays[i] as usize]);
-        let kinds: [RayKind; STEP] = std::array::from_fn(|i| match through >> i & 1 {
+            each_lane(|i| straight >> i & 1 != 0 && wave.straight[spot.rays[i] as usize]);
+        let kinds: [RayKind; STEP] = each_lane(|i| match through >> i & 1 {
             0 => RayKind::Reflection,
             _ => RayKind::Refraction,
         });
@@ -392,14 +391,18 @@ impl PathTracer<'_> {
         next.rays.weight.push_some(spot.passing, rows);
         next.push_onward(wave.onward(&spot.rays), rows);
         next.normal.push_some(wave.normal.gather(&spot.rays), rows);
-        let pdfs: [f32; STEP] = std::array::from_fn(|i| match displaced >> i & 1 {
+        let pdfs: [f32; STEP] = each_lane(|i| match displaced >> i & 1 {
             0 => wave.pdf[of[i]],
             _ => f32::INFINITY,
         });
         keep(&mut next.pdf, &pdfs, rows);
         next.push_origins(wave.origins(&spot.rays, org), rows);
         next.push_interior(|| spot.behind, wave.compression(&spot.rays), rows);
-        keep(&mut next.straight, &of.map(|ray| wave.straight[ray]), rows);
+        keep(
+            &mut next.straight,
+            &each_lane(|i| wave.straight[of[i]]),
+            rows,
+        );
         spot.push((org, dir), (&kinds, rows), wave, next);
     }
 

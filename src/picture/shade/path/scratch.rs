@@ -9,6 +9,7 @@ use super::state::{PathKinds, Paths};
 use super::textured::Passing;
 use crate::shade::hit_buffer::HitBuffer;
 use crate::shade::hit_columns::HitColumns;
+use crate::shade::hit_groups::HitGroups;
 use crate::shade::ray_queue::{BATCH, RayQueue};
 use crate::trace::TraceScratch;
 use bumpalo::Bump;
@@ -20,10 +21,7 @@ pub struct PathScratch<'b> {
     pub(super) waves: [Paths<'b>; 2],
     pub(super) hits: HitColumns<'b>,
     pub(super) buffer: HitBuffer<'b>,
-    /// Rows of the hit buffer, sorted by material.
-    pub(super) order: ArenaVec<'b, u32>,
-    /// First place in `order` of each material's hits.
-    pub(super) starts: ArenaVec<'b, u32>,
+    pub(super) groups: HitGroups<'b>,
     pub(super) lights: LightRays<'b>,
     pub(super) cached: CacheColumns<'b>,
     pub(super) passing: Passing<'b>,
@@ -44,8 +42,7 @@ impl<'b> PathScratch<'b> {
             waves: std::array::from_fn(|_| Paths::new(arena, kinds)),
             hits: HitColumns::new(arena),
             buffer,
-            order: ArenaVec::with_capacity_in(BATCH, arena),
-            starts: ArenaVec::new_in(arena),
+            groups: HitGroups::new(arena),
             lights: LightRays::new(arena),
             cached: CacheColumns::new(arena),
             passing: Passing::new(arena),

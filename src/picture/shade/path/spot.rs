@@ -7,7 +7,7 @@ use crate::light::bsdf::Looks;
 use crate::light::sampling::Frame;
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask};
-use crate::shade::columns::{Doubles, STEP, Singles, gather, keep};
+use crate::shade::columns::{Doubles, STEP, Singles, each_lane, gather, keep};
 use crate::shade::hit_buffer::HitBuffer;
 use crate::trace::RayKind;
 
@@ -15,7 +15,7 @@ type DoubleMask = <Doubles as Lanes>::Mask;
 
 /// Hits of one material, a step of them.
 pub(super) struct Spot {
-    /// Rows of the hit buffer and of the wave, in increasing order; the last may repeat.
+    /// Rows of the hit buffer and of the wave; the last may repeat.
     pub hits: [u32; STEP],
     pub rays: [u32; STEP],
     /// The lanes that are not repeated.
@@ -57,7 +57,7 @@ impl Spot {
         hits: &[u32; STEP],
         count: usize,
     ) -> Spot {
-        let rays = hits.map(|hit| buffer.row[hit as usize]);
+        let rays = each_lane(|i| buffer.row[hits[i] as usize]);
         let ng = buffer.ng.gather(hits);
         let side: Doubles = gather(&buffer.side, hits);
         let facing = ng * side;
@@ -141,10 +141,10 @@ impl Spot {
         wave: &Paths,
         next: &mut Paths,
     ) {
-        let of = self.rays.map(|ray| ray as usize);
-        next.rays
-            .push_some(rows, ray, &of.map(|ray| wave.rays.pixel[ray]));
+        let pixels = each_lane(|i| wave.rays.pixel[self.rays[i] as usize]);
+        next.rays.push_some(rows, ray, &pixels);
         keep(&mut next.rays.kind, kinds, rows);
-        keep(&mut next.key, &of.map(|ray| wave.key[ray]), rows);
+        let keys = each_lane(|i| wave.key[self.rays[i] as usize]);
+        keep(&mut next.key, &keys, rows);
     }
 }

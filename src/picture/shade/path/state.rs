@@ -2,7 +2,7 @@
 
 use super::layers::Trail;
 use crate::math::Vec3;
-use crate::shade::columns::{Column3, Doubles, STEP, Singles, gather, keep};
+use crate::shade::columns::{Column3, Doubles, STEP, Singles, each_lane, gather, keep};
 use crate::shade::ray_queue::{BATCH, RayQueue};
 use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;
@@ -111,7 +111,7 @@ impl<'b> Paths<'b> {
     #[inline(always)]
     pub fn media_of(&self, rows: &[u32; STEP]) -> [Media; STEP] {
         match &self.interior {
-            Some(interior) => rows.map(|ray| interior.media[ray as usize]),
+            Some(interior) => each_lane(|i| interior.media[rows[i] as usize]),
             None => [Media::default(); STEP],
         }
     }

@@ -34,10 +34,23 @@ enum Case<'a> {
 pub(super) struct KnownHits<'a, X> {
     /// Lanes with a certain hit whose order is undecided.
     pub hits: u32,
+    /// Lanes in which the kernel is not certain of a hit.
+    pub open: u32,
     /// t by lane.
     pub t: &'a [X],
     /// Corners of a triangle.
     pub corners: Option<&'a Corners>,
+}
+
+/// What the kernel of one lane says of a ray and a solid.
+#[derive(Clone, Copy)]
+enum Met {
+    /// A certain hit at this t.
+    At(f64),
+    /// No certain hit.
+    Uncertain,
+    /// It has not been asked.
+    Unknown,
 }
 
 /// A ray in world space.
@@ -65,6 +78,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
     pub fn decide<Q: Query<L>>(&mut self, lanes: L::Mask, id: HitId, query: &mut Q) {
         let nothing = KnownHits {
             hits: 0,
+            open: 0,
             t: &[],
             corners: None,
         };
@@ -124,7 +138,11 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
             },
         };
         if first {
-            let met = (known.hits >> lane & 1 != 0).then(|| known.t[lane].to_f64());
+            let met = match (known.hits >> lane & 1, known.open >> lane & 1) {
+                (1, _) => Met::At(known.t[lane].to_f64()),
+                (_, 1) => Met::Uncertain,
+                _ => Met::Unknown,
+            };
             let at = || depth::<L::Single>(world, &ray, id, &crossing, met, scratch);
             query.commit(lane, at, id);
         }
@@ -196,13 +214,13 @@ fn order_by_interval(crossing: &Crossing, [from, to]: [f64; 2]) -> Option<Orderi
 }
 
 /// Computes a hit's t as it is reported: that of the kernel at one lane where it is certain,
-/// else from the root (D19). `met`: t that a kernel has reported.
+/// else from the root (D19). `met`: what that kernel has said.
 fn depth<L: Lanes>(
     world: &World,
     ray: &WorldRay,
     id: HitId,
     crossing: &Crossing,
-    met: Option<f64>,
+    met: Met,
     scratch: &mut TraceScratch,
 ) -> Depth {
     let is_csg = matches!(world.entry_of(id.instance).shape, Shape::Csg(_));
@@ -225,16 +243,17 @@ fn depth<L: Lanes>(
         [t.next_down(), t.next_up()]
     };
     let lanes = |v: [f64; 3]| Vec3::<L>::splat(v.map(L::Scalar::from_f64));
-    let by_kernel = match crossing {
-        Crossing::Triangle(crossing) => {
+    let by_kernel = match (crossing, met) {
+        (Crossing::Triangle(crossing), _) => {
             let Pair { org, dir, corners } = crossing.pair;
             let ray = Ray::new(lanes(*org), lanes(*dir), L::zero());
             let corners = triangle::canonical(*corners);
             let t = triangle::depth_each(&triangle::splat(&corners), &ray);
             Some(t.lane(0).to_f64())
         }
-        Crossing::Root(_) if met.is_some() => met,
-        Crossing::Root(_) => {
+        (Crossing::Root(_), Met::At(t)) => Some(t),
+        (Crossing::Root(_), Met::Uncertain) => None,
+        (Crossing::Root(_), Met::Unknown) => {
             let splat = |v: [f64; 3]| Vec3::<L::Double>::splat(v);
             let packet = Packet::<L>::new(
                 splat(ray.org),

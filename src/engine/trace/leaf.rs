@@ -240,8 +240,12 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
         if open.any() {
             // Stored to memory only here.
             let t = meet.t.to_array();
+            // A hit that a test doubts may be certain to the kernel.
+            let is_doubted = C::DOUBTS_ALL || C::doubts(id.instance, id.primitive) != 0;
+            let unsure = if is_doubted { 0 } else { meet.unsure.bits() };
             let known = KnownHits {
                 hits: meet.hit.bits(),
+                open: unsure & !meet.hit.bits(),
                 t: t.as_ref(),
                 corners,
             };

@@ -275,25 +275,41 @@ impl Check<'_> {
         let spread = self.light.spread((pixel, sample), own, None);
         if let Some((depth, why)) = parting(record, own, &spread) {
             // Both decide rightly; so what they decide by has to be the same but for rounding.
-            let far = ray_apart(&record[depth], &own.vertices[depth]);
-            let more = spread.rays[depth];
-            let most = [ORIGIN * extent(record) + more[0], DIRECTION + more[1]];
-            return match far[0] <= most[0] && far[1] <= most[1] {
+            let (part, text) = rays_within(record, own, &spread, depth);
+            return match part <= 1.0 {
                 true => Ok(why),
-                false => Err(format!(
-                    "rays of depth {depth} lie {far:?} apart, of {most:?}"
-                )),
+                false => Err(text),
             };
         }
         if followed.turned > 0 {
             return Ok(Why::Choice);
         }
         let (part, text) = within(own.radiance, spread.radiance);
-        match part <= 1.0 {
-            true => Ok(Why::Grown(part)),
-            false => Err(format!("the same decisions, and {text}")),
+        if part <= 1.0 {
+            return Ok(Why::Grown(part));
+        }
+        // What rays find may change faster than to first order. Each step of the record is right,
+        // so it suffices that rounding explains the rays.
+        let parts = (0..record.len()).map(|depth| rays_within(record, own, &spread, depth));
+        let (most, far) = parts.fold((0.0, String::new()), |most, one| match one.0 > most.0 {
+            true => one,
+            false => most,
+        });
+        match most <= 1.0 {
+            true => Ok(Why::Grown(most)),
+            false => Err(format!("the same decisions, and {text}; {far}")),
         }
     }
+}
+
+/// Returns the part of their bounds that the rays of a depth lie apart, and says so.
+fn rays_within(record: &[Vertex], own: &Path, spread: &Spread, depth: usize) -> (f64, String) {
+    let far = ray_apart(&record[depth], &own.vertices[depth]);
+    let more = spread.rays[depth];
+    let most = [ORIGIN * extent(record) + more[0], DIRECTION + more[1]];
+    let part = f64::max(far[0] / most[0], far[1] / most[1]);
+    let text = format!("rays of depth {depth} lie {far:?} apart, of {most:?}");
+    (part, text)
 }
 
 /// Why a sample differs.

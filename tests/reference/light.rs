@@ -37,7 +37,7 @@ fn compared(scene: &Scene, config: &RenderConfig) -> Result<LightComparison, Lig
     verify_light(&view, config, &reference, 3, &Progress::default())
 }
 
-fn is_right(name: &str, scene: SceneBuilder) {
+pub fn is_right(name: &str, scene: SceneBuilder) {
     let scene = scene.finish().expect("a right scene");
     let found = compared(&scene, &config()).unwrap_or_else(|e| panic!("{name}: {e}"));
     println!("{name}: {:?}", found.counts);
@@ -51,7 +51,7 @@ fn is_right(name: &str, scene: SceneBuilder) {
 }
 
 /// A floor and a box, seen from above, and a ball of a material.
-fn stage(ball: Material) -> SceneBuilder {
+pub fn stage(ball: Material) -> SceneBuilder {
     let mut scene = SceneBuilder::default();
     let floor = scene.material(
         "floor",
@@ -94,7 +94,7 @@ fn stage(ball: Material) -> SceneBuilder {
     scene
 }
 
-fn matte() -> Material {
+pub fn matte() -> Material {
     Material::metallic_roughness([0.7, 0.3, 0.2], 0.0, 1.0)
 }
 
@@ -108,7 +108,7 @@ fn lamp(scene: &mut SceneBuilder, radius: f64) {
 }
 
 /// A square lamp above, and a shining triangle and ball beside it.
-fn shining(scene: &mut SceneBuilder) {
+pub fn shining(scene: &mut SceneBuilder) {
     let light = Material {
         emission: [9.0, 8.0, 6.0],
         ..matte()

@@ -8,6 +8,7 @@ mod cameras;
 mod extremes;
 mod light;
 mod light_parts;
+mod light_smooth;
 mod oracle;
 mod ray_sets;
 mod slices;

@@ -108,7 +108,7 @@ impl LightReference<'_> {
             let lift = hit.map_or(0.0, |hit| {
                 let at = self.surface(state.org, state.dir, &hit);
                 let left = next.map(|v| v.org).or(vertex.light.map(|light| light.org));
-                left.map_or(0.0, |org| at.lifted(DVec3::from_array(org)))
+                left.map_or(0.0, |org| at.farther(DVec3::from_array(org)))
             });
             let base = Nudge {
                 lift: lift.clamp(0.0, ORIGIN * size),

@@ -20,6 +20,7 @@ mod path;
 mod rounding;
 mod sampler;
 mod scatter;
+mod smooth;
 mod surface;
 
 pub use filter::Profile;
@@ -27,7 +28,7 @@ pub use follow::{DIRECTION, Followed, Miss, WEIGHT, error};
 pub use rounding::{ORIGIN, OTHER, Spread, chord_of, extent, ray_apart};
 
 use crate::Reference;
-use crate::scene::{Camera, CsgSolid, Environment, Light, Scene, Shape};
+use crate::scene::{Camera, CsgSolid, Environment, Light, Shape};
 use bsdf::Color;
 use emitters::Emitters;
 use filter::Filter;
@@ -117,7 +118,6 @@ impl<'a> LightReference<'a> {
         if !scene.textures.is_empty() {
             return Err(Unknown("textures, patterns and colours of vertices"));
         }
-        has_smooth_normals(scene).map_err(Unknown)?;
         let materials = &scene.materials.rows;
         let nothing = crate::scene::Material::default();
         let matter = materials.iter().chain([&nothing]).map(Matter::new);
@@ -145,17 +145,5 @@ impl<'a> LightReference<'a> {
             all.around_eye = all.media_at(settings.camera.eye);
         }
         Ok(all)
-    }
-}
-
-fn has_smooth_normals(scene: &Scene) -> Result<(), &'static str> {
-    use crate::scene::{MeshId, PolygonId};
-    let of_mesh = |id| scene.meshes.row(MeshId(id)).normals.is_some();
-    let of_polygon = |id| scene.polygons.normals(PolygonId(id)).is_some();
-    let smooth = (0..scene.meshes.len() as u32).any(of_mesh)
-        || (0..scene.polygons.len() as u32).any(of_polygon);
-    match smooth {
-        true => Err("interpolated normals"),
-        false => Ok(()),
     }
 }

@@ -181,6 +181,9 @@ impl LightReference<'_> {
         let mut at = self.surface(state.org, state.dir, hit);
         at.lift(nudge.lift);
         let matter = &self.matter[at.material as usize];
+        if matter.bsdf.transmits() {
+            at.flatten();
+        }
         let mut weight = state.weight;
         if let Some(medium) = state.media.innermost(&self.matter) {
             let way = at.point.distance(state.org);
@@ -248,7 +251,7 @@ impl LightReference<'_> {
             };
             let at = self.surface(org, dir, &hit);
             let matter = &self.matter[at.material as usize];
-            let cos = dir.normalize().dot(at.ng).abs();
+            let cos = dir.normalize().dot(at.ns).abs();
             weight = times(weight, matter.straight(cos));
             org = at.leave(dir);
             end -= hit.t;

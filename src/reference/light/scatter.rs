@@ -73,14 +73,14 @@ impl LightReference<'_> {
         let mut light = None;
         if !matter.bsdf.only_delta() && !self.emitters.is_empty() {
             let [u, v, pick, _] = pad(3 + 2 * place.depth);
-            let from = (at.leave(at.facing), shading.light_normal());
+            let from = (at.scattered(true, false), shading.light_normal());
             let aim = [moved(u, nudge.aim[0]), moved(v, nudge.aim[1])];
             let sample = self.emitters.sample(from, moved(pick, nudge.pick), aim);
             if let Some(mut sample) = sample {
                 sample.dir += nudge.shift * sample.blur;
                 light = shading.aim(&sample, state.weight, nudge.into);
                 if let Some(ray) = &mut light {
-                    let above = sample.dir.dot(at.facing) > 0.0;
+                    let above = sample.dir.dot(at.facing) > 0.0 || at.curved;
                     let media = if above { &state.media } else { &behind };
                     if let Some(medium) = media.innermost(&self.matter) {
                         let way = match sample.far {
@@ -127,7 +127,7 @@ impl Shading<'_> {
     /// Returns the ray towards a light, unless no light would be scattered.
     fn aim(&self, light: &LightSample, weight: Color, nudge: DVec3) -> Option<LightRay> {
         let into = self.frame.to_local(light.dir.normalize()) + nudge;
-        let above = light.dir.dot(self.at.facing) > 0.0;
+        let above = light.dir.dot(self.at.facing) > 0.0 || self.at.curved;
         let shown = into.z > 0.0;
         let right = match self.matter.bsdf.transmits() {
             true => above == shown,
@@ -143,8 +143,8 @@ impl Shading<'_> {
         };
         let arriving = light.radiance.map(|c| c * part / light.pdf);
         let weight = times(times(weight, found.value), arriving);
-        let org = self.at.leave(light.dir);
-        let start = self.at.leave(self.at.facing);
+        let org = self.at.scattered(above, false);
+        let start = self.at.scattered(true, false);
         let (dir, t_max) = match light.far {
             true => (light.dir, f64::INFINITY),
             false => (start + light.dir - org, BODY_END),
@@ -169,7 +169,8 @@ impl Shading<'_> {
         let through = sample.through();
         let dir = self.frame.to_world(sample.into);
         // A shading normal may send a ray to the wrong side of the surface.
-        if (dir.dot(self.at.facing) > 0.0) == through {
+        let above = dir.dot(self.at.facing) > 0.0 || self.at.curved && !sample.delta && !through;
+        if above == through {
             return None;
         }
         let mut weight = times(state.weight, sample.weight);
@@ -187,7 +188,7 @@ impl Shading<'_> {
         }
         let straight = thin && through && sample.delta;
         (greatest(weight) > 0.0).then(|| State {
-            org: self.at.leave(dir),
+            org: self.at.scattered(above, sample.delta),
             dir,
             weight,
             pdf: match (straight, sample.delta) {

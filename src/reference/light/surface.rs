@@ -1,6 +1,7 @@
 //! Surfaces where rays of the reference end.
 
 use super::LightReference;
+use super::smooth::corrected;
 use crate::path::leaving;
 use crate::scene::{MaterialId, Shape};
 use crate::{Hit, TURNED};
@@ -15,6 +16,10 @@ pub struct Surface {
     /// The normals on the ray's side: geometric, and for shading.
     pub facing: DVec3,
     pub ns: DVec3,
+    /// Where scattered rays and rays to lights start: lifted off the facets of a smooth mesh.
+    pub lifted: DVec3,
+    /// Whether it is, so that what the shading normal faces is above the surface (S77).
+    pub curved: bool,
     /// Whether the ray comes from outside.
     pub front: bool,
     /// The distance from the point at which rays leave.
@@ -30,8 +35,25 @@ impl Surface {
     }
 
     /// Returns how much farther away than here a ray leaves that starts at a point.
-    pub(super) fn lifted(&self, org: DVec3) -> f64 {
-        (org - self.point).dot(self.ng).abs() - self.off
+    pub(super) fn farther(&self, org: DVec3) -> f64 {
+        let apart = |from: DVec3| (org - from).dot(self.ng).abs() - self.off;
+        match self.lifted.distance(org) < self.point.distance(org) {
+            true => apart(self.lifted),
+            false => apart(self.point),
+        }
+    }
+
+    /// Lets rays leave from the facet itself.
+    pub(super) fn flatten(&mut self) {
+        (self.lifted, self.curved) = (self.point, false);
+    }
+
+    /// Returns where a ray starts that leaves above or below the surface; from the facet, if it
+    /// is that of a mirror.
+    pub fn scattered(&self, above: bool, mirrored: bool) -> DVec3 {
+        let from = if mirrored { self.point } else { self.lifted };
+        let off = if above { self.off } else { -self.off };
+        from + self.facing * off
     }
 
     /// Returns where a ray starts that leaves in a direction.
@@ -48,11 +70,19 @@ impl LightReference<'_> {
         let ng = DVec3::from_array(hit.normal);
         let front = dir.dot(ng) <= 0.0;
         let facing = if front { ng } else { -ng };
+        let point = DVec3::from_array(left.point);
+        let smooth = self.smooth(hit, point, front);
+        let ns = match smooth.normal {
+            Some(normal) => corrected(normal, facing, (front, dir)),
+            None => facing,
+        };
         Surface {
-            point: DVec3::from_array(left.point),
+            point,
             ng,
             facing,
-            ns: facing,
+            ns: if ns.dot(dir) < 0.0 { ns } else { facing },
+            lifted: point + smooth.lift,
+            curved: smooth.lift != DVec3::ZERO,
             front,
             off: left.off,
             material: self.number(self.material(hit)),

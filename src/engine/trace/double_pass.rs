@@ -18,11 +18,13 @@ pub(super) struct DoublePass<D: Lanes> {
 
 /// A test of rays in f64 lanes of any width.
 pub(super) trait SecondLook {
-    /// Returns which of the lanes `asked` may hit, and which certainly hit.
+    /// Returns which of the lanes `asked` may hit, and which certainly hit. `lanes` are those of
+    /// the packet that the pass's lanes have come from.
     fn look<D: Lanes<Scalar = f64, Double = D>>(
         &mut self,
         pass: &DoublePass<D>,
         asked: u32,
+        lanes: &[usize; f64x8::COUNT],
     ) -> [u32; 2];
 }
 
@@ -44,7 +46,7 @@ pub(super) fn look_again<L: Lanes>(
             t_min,
             limit,
         };
-        return look.look(&pass, asked);
+        return look.look(&pass, asked, &std::array::from_fn(|lane| lane));
     }
     let (mut rest, mut answers) = (asked, [0; 2]);
     while rest != 0 {
@@ -55,7 +57,7 @@ pub(super) fn look_again<L: Lanes>(
             rest &= rest - 1;
             count += 1;
         }
-        let some = look.look(&gathered(packet, limit, &lanes), (1 << count) - 1);
+        let some = look.look(&gathered(packet, limit, &lanes), (1 << count) - 1, &lanes);
         for (answer, some) in answers.iter_mut().zip(some) {
             for (i, lane) in lanes[..count].iter().enumerate() {
                 *answer |= (some >> i & 1) << lane;
@@ -101,6 +103,7 @@ mod tests {
             &mut self,
             pass: &DoublePass<D>,
             asked: u32,
+            _: &[usize; f64x8::COUNT],
         ) -> [u32; 2] {
             let same = pass.org.x.eq(pass.t_min) & pass.org.x.eq(pass.limit);
             assert_eq!(same.bits() & asked, asked);

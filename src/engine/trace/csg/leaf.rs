@@ -1,18 +1,19 @@
 //! The test of a CSG solid: from boundaries along a packet to hits in a query.
 
+use super::double::CertainHits;
 use super::first;
 use super::lanes::{self, CsgHits};
 use crate::accel::{PreparedCsg, TlasEntry};
 use crate::geom::exact::Line;
 use crate::geom::{Certainty, Meet};
 use crate::math::Aabb32;
-use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::math::lanes::{Lanes, Mask, Scalar, f64x8};
 use crate::scene::{CsgId, Tables};
 use crate::trace::double_pass::{DoublePass, SecondLook, look_again};
 use crate::trace::exact_fallback::depth_of;
 use crate::trace::leaf::{Tester, Window, mark_undecided};
 use crate::trace::packet::Packet;
-use crate::trace::query::{HitId, Query};
+use crate::trace::query::{Depth, HitId, Query};
 use crate::trace::scratch::TraceScratch;
 use glam::DVec3;
 use std::marker::PhantomData;
@@ -102,6 +103,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
                 tables,
                 own: &entry.own,
                 scratch: self.scratch,
+                certain: (!Q::ANY).then(CertainHits::default),
                 certainty: PhantomData,
             };
             let [may, must] = look_again(object, limit, bits, &mut look);
@@ -110,6 +112,16 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
             if Q::ANY && must != 0 {
                 query.block(L::Mask::from_bits(must), id(0));
                 bits &= !must;
+            }
+            if let Some(mut certain) = look.certain {
+                certain.hit &= may;
+                certain.with_t((solid, tables), object, |lane, primitive, t, within| {
+                    let id = id(primitive);
+                    let is_doubted = C::doubts(id.instance, id.primitive) >> lane & 1 != 0;
+                    if !is_doubted && query.try_commit(lane, Depth { t, within }, id) {
+                        bits &= !(1 << lane);
+                    }
+                });
             }
         }
         self.decide(L::Mask::from_bits(bits), id(0), query);
@@ -123,6 +135,8 @@ struct InF64<'a, C> {
     tables: &'a Tables,
     own: &'a Aabb32,
     scratch: &'a mut TraceScratch,
+    /// Hits, if they are asked for.
+    certain: Option<CertainHits>,
     certainty: PhantomData<C>,
 }
 
@@ -132,10 +146,14 @@ impl<C: Certainty> SecondLook for InF64<'_, C> {
         &mut self,
         pass: &DoublePass<D>,
         asked: u32,
+        lanes: &[usize; f64x8::COUNT],
     ) -> [u32; 2] {
         let packet = Packet::<D>::new(pass.org, pass.dir, pass.t_min, self.own);
         let (solid, tables, limit) = (self.solid, self.tables, pass.limit);
         let met = lanes::first::<D, C>(solid, tables, &packet, asked, limit, self.scratch);
+        if let Some(certain) = &mut self.certain {
+            certain.take(&met, lanes);
+        }
         let [from, to] = met.within;
         let may = met.unsure | met.left | met.hit & from.le(pass.limit).bits();
         [may, met.hit & to.lt(pass.limit).bits()]

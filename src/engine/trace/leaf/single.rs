@@ -4,7 +4,7 @@ use super::Tester;
 use crate::accel::TlasEntry;
 use crate::geom::guarded::{self, ObjectRay};
 use crate::geom::{Certainty, Meet, Ray, Scratch, by_solver};
-use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::math::lanes::{Lanes, Mask, Scalar, f64x8};
 use crate::roots::Solver;
 use crate::scene::{ImplicitId, Shape, Tables};
 use crate::trace::double_pass::{DoublePass, SecondLook, look_again};
@@ -105,6 +105,7 @@ impl SecondLook for Primitive<'_> {
         &mut self,
         pass: &DoublePass<D>,
         asked: u32,
+        _: &[usize; f64x8::COUNT],
     ) -> [u32; 2] {
         let ray = Ray::<D>::new(pass.org, pass.dir, pass.t_min);
         let line = ObjectRay::new(&pass.org, &pass.dir, &ray);

@@ -6,7 +6,6 @@
 //! frames, or of a solid with a tolerance, are one event where consecutive ones are within
 //! the slack (docs/numerics/csg.md, K13).
 
-mod double;
 mod events;
 pub mod lanes;
 mod leaf;

@@ -3,8 +3,9 @@
 //! Hits and the order of their t are those of exact arithmetic
 //! ([`crate::geom::exact`], [`crate::geom::triangle::exact`]).
 
+use super::certain_hits::t_of_end;
 use super::csg;
-use super::csg::lanes::{Frames, Spaces, ends, is_sharp};
+use super::csg::lanes::{Spaces, is_sharp};
 use super::leaf::Tester;
 use super::packet::Packet;
 use super::query::{Competitor, Depth, HitId, Query};
@@ -214,7 +215,7 @@ fn order_by_interval(crossing: &Crossing, [from, to]: [f64; 2]) -> Option<Orderi
 }
 
 /// Computes a hit's t as it is reported: that of the kernel at one lane where it is certain,
-/// else from the root (D19). `met`: what that kernel has said.
+/// else of the end of the solid's span there, else from the root (D19). `met`: what that kernel has said.
 fn depth<L: Lanes>(
     world: &World,
     ray: &WorldRay,
@@ -223,8 +224,8 @@ fn depth<L: Lanes>(
     met: Met,
     scratch: &mut TraceScratch,
 ) -> Depth {
-    let is_csg = matches!(world.entry_of(id.instance).shape, Shape::Csg(_));
-    if let (true, Crossing::Root(root)) = (is_csg, crossing) {
+    let shape = world.entry_of(id.instance).shape;
+    if let (Shape::Csg(_), Crossing::Root(root)) = (shape, crossing) {
         let depth = depth_of(root);
         let t = kernel_of_operand::<L>(world, ray, id, root, scratch);
         return Depth {
@@ -266,7 +267,14 @@ fn depth<L: Lanes>(
             meet.hit.any().then(|| meet.t.lane(0).to_f64())
         }
     };
-    let by_kernel = by_kernel.filter(|t| t.is_finite());
+    let by_end = || match crossing {
+        Crossing::Root(root) => {
+            let (org, dir) = in_object(world, ray, &world.entry_of(id.instance), DVec3::ZERO);
+            t_of_end::<L>((&world.scene, shape), (org, dir, ray.t_min), root.t.value)
+        }
+        Crossing::Triangle(_) => None,
+    };
+    let by_kernel = by_kernel.filter(|t| t.is_finite()).or_else(by_end);
     let near = known_to(KERNEL_ACCURACY);
     let exact = || match crossing {
         Crossing::Root(root) if near => root.t.value,
@@ -297,14 +305,7 @@ fn kernel_of_operand<L: Lanes>(
         return None;
     }
     let (org, dir) = in_object(world, ray, &entry, DVec3::ZERO);
-    let frame = &solid.frames[operand.frame as usize];
-    let line = csg::in_frame(frame, operand.frame, &Line { org, dir });
     let splat = |v: [f64; 3]| Vec3::<L::Double>::splat(v);
-    let rays = Frames::<L>::new(splat(line.org), splat(line.dir), L::from_f64(ray.t_min));
-    let holds = |end: &[L; 3]| {
-        let [from, _, to] = end.map(|x| x.lane(0).to_f64());
-        from <= root.t.value && root.t.value <= to && to.is_finite()
-    };
     if let Shape::Implicit(id) = operand.shape {
         // The packet as the walk in lanes sees it.
         let packet = Packet::<L>::new(splat(org), splat(dir), L::from_f64(ray.t_min), &entry.own);
@@ -314,15 +315,18 @@ fn kernel_of_operand<L: Lanes>(
         let solid = (world.csg(row), &*world.scene);
         let mut spaces = Spaces::new(&packet);
         let found = spaces.boundaries(solid, (operand, id), all, rows, &mut scratch.kernels);
+        let holds = |end: &[L; 3]| {
+            let [from, _, to] = end.map(|x| x.lane(0).to_f64());
+            from <= root.t.value && root.t.value <= to && to.is_finite()
+        };
         let end = rows.drain(..).find(holds)?;
         let known = !found.unsure.any() && is_sharp(&end).any();
         return known.then(|| end[1].lane(0).to_f64());
     }
-    let exactly = <L::Double as Lanes>::zero();
-    let ends = ends::<L, Guarded>(&world.scene, operand.shape, &rays.rays(), exactly);
-    let end = [ends.enter, ends.exit].into_iter().find(holds)?;
-    let known = ends.some.any() && is_sharp(&end).any();
-    known.then(|| end[1].lane(0).to_f64())
+    let frame = &solid.frames[operand.frame as usize];
+    let line = csg::in_frame(frame, operand.frame, &Line { org, dir });
+    let shape = (&*world.scene, operand.shape);
+    t_of_end::<L>(shape, (line.org, line.dir, ray.t_min), root.t.value)
 }
 
 /// Relative error of t, a quarter of f32's unit roundoff, up to which the root's f64 value is

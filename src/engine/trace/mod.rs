@@ -2,6 +2,7 @@
 
 mod batch;
 mod beam;
+mod certain_hits;
 mod csg;
 mod double_pass;
 mod exact_fallback;

@@ -95,6 +95,18 @@ pub enum Competitor {
     Hit(HitId, [f64; 2]),
 }
 
+/// Rounds the bounds of an interval outward to the type.
+pub(super) fn outward<X: Scalar>([from, to]: [f64; 2]) -> [X; 2] {
+    let (mut least, mut greatest) = (X::from_f64(from), X::from_f64(to));
+    if least.to_f64() > from {
+        least = next_down(least);
+    }
+    if greatest.to_f64() < to {
+        greatest = next_up(greatest);
+    }
+    [least, greatest]
+}
+
 /// Returns the next greater number of the type.
 pub(super) fn next_up<X: Scalar>(x: X) -> X {
     if size_of::<X>() == 8 {

@@ -1,6 +1,6 @@
 //! The test of a CSG solid: from boundaries along a packet to hits in a query.
 
-use super::double::CertainHits;
+use super::TURNED;
 use super::first;
 use super::lanes::{self, CsgHits};
 use crate::accel::{PreparedCsg, TlasEntry};
@@ -9,6 +9,7 @@ use crate::geom::{Certainty, Meet};
 use crate::math::Aabb32;
 use crate::math::lanes::{Lanes, Mask, Scalar, f64x8};
 use crate::scene::{CsgId, Tables};
+use crate::trace::certain_hits::CertainHits;
 use crate::trace::double_pass::{DoublePass, SecondLook, look_again};
 use crate::trace::exact_fallback::depth_of;
 use crate::trace::leaf::{Tester, Window, mark_undecided};
@@ -113,19 +114,51 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
                 query.block(L::Mask::from_bits(must), id(0));
                 bits &= !must;
             }
-            if let Some(mut certain) = look.certain {
-                certain.hit &= may;
-                certain.with_t((solid, tables), object, |lane, primitive, t, within| {
-                    let id = id(primitive);
-                    let is_doubted = C::doubts(id.instance, id.primitive) >> lane & 1 != 0;
-                    if !is_doubted && query.try_commit(lane, Depth { t, within }, id) {
-                        bits &= !(1 << lane);
-                    }
-                });
+            if let Some(certain) = look.certain {
+                bits &=
+                    !take_certain::<L, C, Q>((solid, tables), object, (certain, may), id, query);
             }
         }
         self.decide(L::Mask::from_bits(bits), id(0), query);
     }
+}
+
+/// Offers hits that the double pass is certain of, of the lanes in `may`, where the operand's
+/// span tells their t. Returns the lanes whose order is certain, too.
+#[inline(never)]
+fn take_certain<L: Lanes, C: Certainty, Q: Query<L>>(
+    (csg, tables): (&PreparedCsg, &Tables),
+    object: &Packet<L>,
+    (certain, may): (CertainHits, u32),
+    id: impl Fn(u32) -> HitId,
+    query: &mut Q,
+) -> u32 {
+    let number = |primitive: u32| csg.solid.operand_of(primitive & !TURNED).0;
+    let (mut bits, mut taken) = (certain.hit & may, 0);
+    while bits != 0 {
+        let own = number(certain.primitive[bits.trailing_zeros() as usize]);
+        let operand = &csg.solid.operands[own as usize];
+        let mut here = 0;
+        for (lane, primitive) in certain.primitive.iter().enumerate() {
+            here |= u32::from(bits >> lane & 1 != 0 && number(*primitive) == own) << lane;
+        }
+        bits &= !here;
+        let (mut org, mut dir) = (object.org, object.dir);
+        if operand.frame != 0 {
+            let map = &csg.solid.frames[operand.frame as usize].operand_from_solid;
+            (org, dir) = (map.points(org), map.vectors(dir));
+        }
+        let rays = (org, dir, object.ray.t_min);
+        certain.with_t((tables, operand.shape), rays, here, |lane, t| {
+            let (id, within) = (id(certain.primitive[lane]), certain.within[lane]);
+            let is_doubted = C::doubts(id.instance, id.primitive) >> lane & 1 != 0;
+            let t = t.to_f64();
+            if !is_doubted && query.try_commit(lane, Depth { t, within }, id) {
+                taken |= 1 << lane;
+            }
+        });
+    }
+    taken
 }
 
 /// The double pass of a CSG solid. f32 rarely decides whether a ray hits the surface that
@@ -152,7 +185,8 @@ impl<C: Certainty> SecondLook for InF64<'_, C> {
         let (solid, tables, limit) = (self.solid, self.tables, pass.limit);
         let met = lanes::first::<D, C>(solid, tables, &packet, asked, limit, self.scratch);
         if let Some(certain) = &mut self.certain {
-            certain.take(&met, lanes);
+            let hit = met.hit & !(met.unsure | met.left);
+            certain.take(hit, (met.within, |i: usize| met.primitive[i]), lanes);
         }
         let [from, to] = met.within;
         let may = met.unsure | met.left | met.hit & from.le(pass.limit).bits();

@@ -7,9 +7,10 @@ use crate::geom::{Certainty, Meet, Ray, Scratch, by_solver};
 use crate::math::lanes::{Lanes, Mask, Scalar, f64x8};
 use crate::roots::Solver;
 use crate::scene::{ImplicitId, Shape, Tables};
+use crate::trace::certain_hits::CertainHits;
 use crate::trace::double_pass::{DoublePass, SecondLook, look_again};
 use crate::trace::packet::Packet;
-use crate::trace::query::{HitId, Query};
+use crate::trace::query::{HitId, Query, outward};
 use glam::DVec3;
 
 impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
@@ -60,12 +61,13 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
         if !C::GUARDED || C::DOUBTS_ALL || is_double || meet.unsure.none() {
             return meet;
         }
-        let look = Primitive {
+        let mut look = Primitive {
             scene: &self.world.scene,
             entry,
             kernels: &mut self.scratch.kernels,
+            certain: (!Q::ANY).then(CertainHits::default),
         };
-        let [may, must] = look_closer(look, object, query.limit(), meet.unsure.bits());
+        let [may, must] = look_closer(&mut look, object, query.limit(), meet.unsure.bits());
         let must = L::Mask::from_bits(must);
         // Any-hit rays need no t.
         if Q::ANY && must.any() {
@@ -76,20 +78,58 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
             query.block(must, id);
         }
         meet.unsure = meet.unsure & L::Mask::from_bits(may);
+        if let Some(certain) = look.certain.filter(|certain| certain.hit & may != 0) {
+            add_certain(
+                (&self.world.scene, entry.shape),
+                object,
+                &certain,
+                &mut meet,
+            );
+        }
         meet
     }
+}
+
+/// Adds the hits that the double pass is certain of, where the span tells their t.
+#[cold]
+#[inline(never)]
+fn add_certain<L: Lanes>(
+    shape: (&Tables, Shape),
+    object: &Packet<L>,
+    certain: &CertainHits,
+    meet: &mut Meet<L>,
+) {
+    let (mut t, mut within) = (meet.t, meet.within);
+    let mut found = 0;
+    let rays = (object.org, object.dir, object.ray.t_min);
+    certain.with_t(shape, rays, meet.unsure.bits(), |lane, at| {
+        let [least, greatest] = outward::<L::Scalar>(certain.within[lane]);
+        t = t.with_lane(lane, at);
+        within = [
+            within[0].with_lane(lane, least),
+            within[1].with_lane(lane, greatest),
+        ];
+        found |= 1 << lane;
+    });
+    let found = L::Mask::from_bits(found);
+    *meet = Meet {
+        hit: meet.hit | found,
+        t,
+        within,
+        unsure: meet.unsure & !found,
+    };
 }
 
 /// [`look_again`], kept out of the common path.
 #[cold]
 #[inline(never)]
 fn look_closer<L: Lanes>(
-    mut look: Primitive,
+    look: &mut Primitive,
     object: &Packet<L>,
     limit: L,
     asked: u32,
 ) -> [u32; 2] {
-    look_again(object, limit, asked, &mut look)
+    look_again(object, limit, asked, look)
 }
 
 /// The double pass of one primitive.
@@ -97,6 +137,8 @@ struct Primitive<'a> {
     scene: &'a Tables,
     entry: &'a TlasEntry,
     kernels: &'a mut Scratch,
+    /// Hits, if they are asked for.
+    certain: Option<CertainHits>,
 }
 
 impl SecondLook for Primitive<'_> {
@@ -105,7 +147,7 @@ impl SecondLook for Primitive<'_> {
         &mut self,
         pass: &DoublePass<D>,
         asked: u32,
-        _: &[usize; f64x8::COUNT],
+        lanes: &[usize; f64x8::COUNT],
     ) -> [u32; 2] {
         let ray = Ray::<D>::new(pass.org, pass.dir, pass.t_min);
         let line = ObjectRay::new(&pass.org, &pass.dir, &ray);
@@ -115,6 +157,10 @@ impl SecondLook for Primitive<'_> {
             .scene
             .meet_again(self.entry.shape, extent, &line, asked, self.kernels);
         let [from, to] = meet.within;
+        if let Some(certain) = &mut self.certain {
+            let hit = (meet.hit & !meet.unsure).bits();
+            certain.take(hit, (meet.within, |_| 0), lanes);
+        }
         let may = meet.hit & from.le(pass.limit) | meet.unsure;
         [may.bits(), (meet.hit & to.lt(pass.limit)).bits()]
     }

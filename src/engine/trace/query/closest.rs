@@ -1,6 +1,6 @@
 //! Closest-hit queries.
 
-use super::{Competitor, Depth, Found, HitId, Query, next_down, next_up};
+use super::{Competitor, Depth, Found, HitId, Query, outward};
 use crate::geom::{Certainty, Meet};
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::trace::hits::Ids;
@@ -196,15 +196,7 @@ impl<L: Lanes, C: Certainty> Query<L> for Closest<L, C> {
         let Depth { t, within } = at();
         let scalar = |x: f64| L::Scalar::from_f64(x);
         if C::GUARDED {
-            let [from, to] = within;
-            // Bounds are rounded outward to the lanes' type.
-            let (mut least, mut limit) = (scalar(from), scalar(to));
-            if least.to_f64() > from {
-                least = next_down(least);
-            }
-            if limit.to_f64() < to {
-                limit = next_up(limit);
-            }
+            let [least, limit] = outward::<L::Scalar>(within);
             self.least = self.least.with_lane(lane, least);
             // A hit that precedes another has no greater upper bound: limits only decrease.
             let own = self.limit.lane(lane);

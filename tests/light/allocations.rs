@@ -49,8 +49,13 @@ fn allocations(tracer: &Tracer, spp: u32) -> u64 {
     COUNT.with(Cell::get) - before
 }
 
-/// Pictures of 16 samples allocate no more than those of 2: lists of lights, the light tree,
-/// the studio's environment, CSG, media that touch, and panes.
+/// Buffers of the exact fallback on solids, which few rays need: some of them may be needed first,
+/// or grow, at any sample.
+const LATE_BUFFERS: u64 = 4;
+
+/// Pictures of 64 samples allocate no more than those of 16 but for [`LATE_BUFFERS`], though they
+/// have 49,152 paths more: lists of lights, the light tree, the studio's environment, CSG, media that
+/// touch, panes, and rough glass.
 #[test]
 fn paths_do_not_allocate() {
     let pool = rayon::ThreadPoolBuilder::new()
@@ -66,19 +71,20 @@ fn paths_do_not_allocate() {
         "light_water",
         "light_metals",
         "csg_bracket",
-    ];
-    for name in scenes {
-        let path = format!("{}/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    ]
+    .map(|name| format!("scenes/{name}.toml"));
+    for name in scenes.into_iter().chain([".ci/scenes/frosted.toml".into()]) {
+        let path = format!("{}/{name}", env!("CARGO_MANIFEST_DIR"));
         let scene = lanecast::load(Path::new(&path), &Default::default())
             .unwrap()
             .scene;
         let tracer = Tracer::new(&scene, &TracerOptions::default()).unwrap();
         pool.install(|| {
             // Memory that is kept from picture to picture.
-            allocations(&tracer, 16);
-            let (few, many) = (allocations(&tracer, 2), allocations(&tracer, 16));
+            allocations(&tracer, 64);
+            let (few, many) = (allocations(&tracer, 16), allocations(&tracer, 64));
             assert!(few > 0);
-            assert_eq!(few, many, "{name}");
+            assert!(many <= few + LATE_BUFFERS, "{name}: {few}, {many}");
         });
     }
 }

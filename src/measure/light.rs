@@ -27,6 +27,9 @@ use thiserror::Error;
 /// Side of the blocks of pixels that are compared at once.
 const SIDE: u32 = 16;
 
+/// Where rounding may turn rays by more than this chord, their bounds say nothing of radiance.
+const CHAOTIC: f64 = 0.25;
+
 /// Samples of less radiance than this are black up to rounding.
 const BLACK: f64 = 1e-7;
 
@@ -290,6 +293,10 @@ impl Check<'_> {
         }
         // What rays find may change faster than to first order. Each step of the record is right,
         // so it suffices that rounding explains the rays.
+        let is_chaotic = |rays: &[f64; 2]| !(rays[1] <= CHAOTIC);
+        if spread.rays.iter().any(is_chaotic) {
+            return Err(format!("the same decisions, and {text}"));
+        }
         let parts = (0..record.len()).map(|depth| rays_within(record, own, &spread, depth));
         let (most, far) = parts.fold((0.0, String::new()), |most, one| match one.0 > most.0 {
             true => one,
@@ -307,7 +314,12 @@ fn rays_within(record: &[Vertex], own: &Path, spread: &Spread, depth: usize) -> 
     let far = ray_apart(&record[depth], &own.vertices[depth]);
     let more = spread.rays[depth];
     let most = [ORIGIN * extent(record) + more[0], DIRECTION + more[1]];
-    let part = f64::max(far[0] / most[0], far[1] / most[1]);
+    let parts = [far[0] / most[0], far[1] / most[1]];
+    let known = most[0].is_finite() && most[1].is_finite() && !parts[0].is_nan();
+    let part = match known && !parts[1].is_nan() {
+        true => f64::max(parts[0], parts[1]),
+        false => f64::INFINITY,
+    };
     let text = format!("rays of depth {depth} lie {far:?} apart, of {most:?}");
     (part, text)
 }

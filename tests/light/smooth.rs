@@ -203,3 +203,40 @@ fn folds_are_not_lifted_into_their_neighbours() {
     let mean = picture.color.iter().map(|c| c[0]).sum::<f32>() / 16.0;
     assert!((0.93..1.0).contains(&mean), "{mean}");
 }
+
+/// A mesh whose first triangle has no material: the second one's is not taken for both.
+#[test]
+fn materials_that_begin_late_are_kept_apart() {
+    let mut scene = SceneBuilder::default();
+    let lamp = scene.material(
+        "",
+        Material {
+            emission: [2.0; 3],
+            ..Material::default()
+        },
+    );
+    let corner = |x: f64, y: f64| [x, y, 0.0];
+    let mesh = MeshData {
+        positions: vec![
+            corner(-1.0, -1.0),
+            corner(0.0, -1.0),
+            corner(0.0, 1.0),
+            corner(0.0, -1.0),
+            corner(1.0, -1.0),
+            corner(0.0, 1.0),
+        ],
+        triangles: vec![[0, 1, 2], [3, 4, 5]],
+        parts: vec![(1, Some(lamp))],
+        ..MeshData::default()
+    };
+    let shape = scene.mesh("", &mesh);
+    scene.instance("", Edge::shape(shape));
+    let eye = DVec3::new(0.0, 0.0, 4.0);
+    scene.camera("", Camera::perspective(eye, DVec3::ZERO, DVec3::Y, 25.0));
+    let scene = scene.finish().expect("a right scene");
+    let seen = picture(&scene, Integrator::Path);
+    // Of 96x96 pixels, in the lower middle of each triangle.
+    let at = |x: usize| seen[60 * 96 + x];
+    assert!(at(40) < 1.0, "{}", at(40));
+    assert!(at(56) >= 2.0, "{}", at(56));
+}

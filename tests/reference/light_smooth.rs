@@ -76,6 +76,13 @@ fn smooth_meshes_are_right() {
         let map = [[-0.5, 0.0, 0.1], [0.0, 0.9, 0.0], [0.2, 0.0, 0.4]];
         let placed = scene.transform(Affine::new(map, [1.4, 0.4, 1.2]));
         scene.instance("", Edge::shape(mesh).material(material).transform(placed));
+        // One of the floor's and the block's material, whose hits come next to its own.
+        let placed = scene.transform(Affine::new(
+            [[0.5, 0.0, 0.0], [0.0, 0.5, 0.0], [0.0, 0.0, 0.5]],
+            [1.3, 0.9, 0.6],
+        ));
+        let floor = MaterialId(0);
+        scene.instance("", Edge::shape(mesh).material(floor).transform(placed));
         is_right(name, scene);
     }
 }

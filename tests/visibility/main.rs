@@ -9,6 +9,7 @@ mod doubts;
 mod ends;
 mod far_views;
 mod far_worlds;
+#[cfg(feature = "all-lanes")]
 mod from_surfaces;
 mod grazing;
 #[cfg(feature = "all-lanes")]

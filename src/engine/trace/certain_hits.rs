@@ -13,10 +13,13 @@ use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::scene::{Shape, Tables};
 
-/// The part of an f32 interval's width that f64 roots may be off: their errors come of the same
-/// magnitudes as the interval, at 2⁻²⁹ of its unit of rounding, by at most 2¹⁹ times the
-/// operations (D19).
-const SPARE: f64 = 1.0 / 1024.0;
+/// The part of an end's interval that the double pass's may have (D19). Kernels that compute in
+/// f32 have one of 2⁻²⁹, those that compute in f64 anyway hardly any smaller one.
+const FINER: f64 = 1.0 / 1_048_576.0;
+
+/// The part of an end's interval that the root's f64 value may be off: 2¹⁰ times the interval of
+/// the double pass, which comes of the same numbers in the same format (D19).
+const SPARE: f64 = 1024.0 * FINER;
 
 /// Certain hits, by lane of the packet.
 #[derive(Default)]
@@ -111,7 +114,14 @@ pub(super) fn t_of_end<L: Lanes>(
 /// Returns which of a span's ends is the first that holds a hit; none if that is not certain.
 fn end_around(ends: [[f64; 3]; 2], [from, to]: [f64; 2]) -> Option<usize> {
     for (k, [least, _, greatest]) in ends.into_iter().enumerate() {
+        // A span without this end.
+        if least == greatest && least.is_infinite() {
+            continue;
+        }
         let spare = SPARE * (greatest - least);
+        if !(to - from <= FINER * (greatest - least)) {
+            return None;
+        }
         if least + spare <= from && to <= greatest - spare && greatest.is_finite() {
             return Some(k);
         }
@@ -129,15 +139,20 @@ mod tests {
     #[test]
     fn the_first_end_that_certainly_holds_a_hit_is_found() {
         let span = [[1.0, 1.1, 1.2], [3.0, 3.1, 3.2]];
-        assert_eq!(end_around(span, [1.05, 1.06]), Some(0));
-        assert_eq!(end_around(span, [3.05, 3.06]), Some(1));
+        let at = |t: f64| [t - 1e-9, t + 1e-9];
+        assert_eq!(end_around(span, at(1.05)), Some(0));
+        assert_eq!(end_around(span, at(3.05)), Some(1));
         // At the border of an interval, beyond both, and where the first end is not known.
-        assert_eq!(end_around(span, [0.99, 1.06]), None);
-        assert_eq!(end_around(span, [1.2, 1.2]), None);
-        assert_eq!(end_around(span, [2.0, 2.1]), None);
+        assert_eq!(end_around(span, at(1.0)), None);
+        assert_eq!(end_around(span, at(1.2)), None);
+        assert_eq!(end_around(span, at(2.0)), None);
         let unknown = [[f64::NAN; 3], span[1]];
-        assert_eq!(end_around(unknown, [3.05, 3.06]), None);
+        assert_eq!(end_around(unknown, at(3.05)), None);
         let open = [span[0], [3.0, 3.1, f64::INFINITY]];
-        assert_eq!(end_around(open, [3.05, 3.06]), None);
+        assert_eq!(end_around(open, at(3.05)), None);
+        // As wide as the end's own interval, and of a span that begins nowhere.
+        assert_eq!(end_around(span, [3.05, 3.06]), None);
+        let endless = [[f64::NEG_INFINITY; 3], span[1]];
+        assert_eq!(end_around(endless, at(3.05)), Some(1));
     }
 }

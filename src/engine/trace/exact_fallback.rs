@@ -215,7 +215,8 @@ fn order_by_interval(crossing: &Crossing, [from, to]: [f64; 2]) -> Option<Orderi
 }
 
 /// Computes a hit's t as it is reported: that of the kernel at one lane where it is certain,
-/// else of the end of the solid's span there, else from the root (D19). `met`: what that kernel has said.
+/// else of the end of the solid's span there, else from the root (D19). `met`: what that kernel
+/// has said.
 fn depth<L: Lanes>(
     world: &World,
     ray: &WorldRay,

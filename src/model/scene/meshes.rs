@@ -126,7 +126,12 @@ impl Meshes {
 
     /// Says whether all triangles of a mesh have the same material, or none.
     pub fn has_one_material(&self, id: MeshId) -> bool {
-        self.parts_of[id.index()].len() <= 1
+        // Triangles before the first run have none.
+        match self.row(id).parts {
+            [] => true,
+            [(first, _)] => *first == 0,
+            _ => false,
+        }
     }
 
     /// Returns a mesh's vertices and its normals, none if it has none, to write to.

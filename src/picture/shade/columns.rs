@@ -65,7 +65,7 @@ impl<'b, L: Lanes> Column3<'b, L> {
         self.0.iter_mut().for_each(pad);
     }
 
-    /// Overwrites the rest of the last step with row `rows - 1`.
+    /// Overwrites the rows behind with row `rows - 1`.
     pub fn repeat_last(&mut self, rows: usize) {
         for column in &mut self.0 {
             repeat_last(column, rows);
@@ -206,7 +206,7 @@ pub fn pad<T: Copy>(column: &mut ArenaVec<T>) {
     }
 }
 
-/// Overwrites the rest of the last step with row `len - 1`.
+/// Overwrites the rows behind with row `len - 1`.
 pub fn repeat_last<T: Copy>(column: &mut [T], len: usize) {
     let last = len.checked_sub(1).map(|i| column[i]);
     column[len..].fill_with(|| last.expect("a step has a row"));

@@ -10,7 +10,7 @@ use crate::scene::{MaterialId, Textures};
 use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;
 
-/// Surfaces of a batch's hits in world space, padded to whole steps.
+/// Surfaces of a batch's hits in world space, padded so that a step may start at each.
 pub struct HitBuffer<'b> {
     /// Row of the ray queue.
     pub row: ArenaVec<'b, u32>,
@@ -95,7 +95,7 @@ impl<'b> HitBuffer<'b> {
         self.len = hits;
     }
 
-    /// Stores the surfaces of a step. The rows increase, and only the last may repeat.
+    /// Stores the surfaces of a step in any rows; one that repeats gets the last.
     #[inline(always)]
     pub fn set(&mut self, rows: &[u32; STEP], surfaces: &Surfaces<Doubles>, dir: Vec3<Doubles>) {
         let one = Doubles::splat(1.0);

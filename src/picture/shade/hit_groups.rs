@@ -28,8 +28,8 @@ pub struct HitGroups<'b> {
 const NO_GROUP: u16 = u16::MAX;
 const _: () = assert!(BATCH < NO_GROUP as usize);
 
-/// Number of hashes: most waves meet fewer surfaces.
-const HASHES: usize = 256;
+/// Number of hashes: of forty surfaces, one pair has one hash.
+const HASHES: usize = 1024;
 
 /// Hits of one material and one surface.
 #[derive(Clone, Copy)]

@@ -6,6 +6,7 @@ use super::hit_buffer::HitBuffer;
 use super::interaction::InteractionPart;
 use super::ray_queue::RayQueue;
 use crate::accel::World;
+use crate::math::Vec3;
 use crate::plan::Precision;
 use crate::trace::HitId;
 use std::ops::Range;
@@ -113,8 +114,12 @@ pub(super) fn evaluate_step(
     let t = gather(t, &rows);
     let surfaces = interaction.surfaces((org, dir), t, &primitives);
     buffer.set(hits, &surfaces, dir);
-    if buffer.wants_lift && interaction.is_smooth() {
-        let lift = interaction.lift(&surfaces, &primitives);
+    if buffer.wants_lift {
+        // Of other surfaces too: a step before may have written these rows.
+        let lift = match interaction.is_smooth() {
+            true => interaction.lift(&surfaces, &primitives),
+            false => Vec3::splat([0.0; 3]),
+        };
         buffer.lift.scatter(hits, lift);
     }
     if buffer.wants_places
